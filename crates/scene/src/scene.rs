@@ -78,7 +78,7 @@ impl Scene {
     /// In a sealed scene the old value goes to the journal.
     pub fn set<C: Noun>(&mut self, key: Key, value: C) -> bool {
         let Some(entity) = self.entities.get(key.index()).copied() else { return false };
-        let Ok(mut slot) = self.world.get::<&mut C>(entity).map(|c| c) else { return false };
+        let Ok(mut slot) = self.world.get::<&mut C>(entity) else { return false };
         let old = std::mem::replace(&mut *slot, value);
         drop(slot);
         if self.sealed.is_some() {

@@ -1,0 +1,178 @@
+//! What differs between two frames of columns, by bits and by key.
+//!
+//! Bits, not values: 0.0 and -0.0 differ, a NaN equals itself. A row that was made for the last
+//! frame only is the same row as one made for this frame with the same key.
+
+use crate::bounds::Aabb;
+use crate::columns::{Columns, LightBits, SurfaceBits};
+use crate::geometry::Geometry;
+use crate::ids::{LightId, MaterialId, SurfaceId};
+
+/// A surface whose shape, place or visibility changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceChange {
+    /// Which one; its row may not exist in one of the two frames.
+    pub surface: SurfaceId,
+    /// Where it was; empty if it was not in the picture.
+    pub old_bounds: Aabb,
+    /// Where it is; empty if it is not in the picture.
+    pub new_bounds: Aabb,
+}
+
+/// How a light changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightChange {
+    /// Only its intensity.
+    Emissivity(LightId),
+    /// Where it is or what it reaches (and perhaps its intensity).
+    Place(LightId),
+    /// It is new.
+    Added(LightId),
+    /// It is gone.
+    Removed(LightId),
+}
+
+/// What differs between two frames.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Changes {
+    /// The eye or the picture's size.
+    pub view: bool,
+    /// Samples a pixel.
+    pub samples: bool,
+    /// Settings that only shading reads: attenuation, background, transfer, and the two limits.
+    pub model: bool,
+    /// Materials whose numbers differ, ascending.
+    pub materials: Vec<MaterialId>,
+    /// Surfaces that wear other materials in the same pattern, ascending.
+    pub repainted: Vec<SurfaceId>,
+    /// Surfaces whose pattern's cells differ, ascending.
+    pub patterns: Vec<SurfaceId>,
+    /// Surfaces that moved, appeared, vanished or changed shape, ascending.
+    pub surfaces: Vec<SurfaceChange>,
+    /// Lights, ascending.
+    pub lights: Vec<LightChange>,
+}
+
+impl Changes {
+    /// Whether nothing differs.
+    pub fn is_empty(&self) -> bool {
+        *self == Changes::default()
+    }
+
+    /// The full comparison of two frames. [`crate::Packer::update`] finds the same by looking only
+    /// at the rows that a frame touched.
+    pub fn between(old: &Columns, new: &Columns) -> Changes {
+        let mut changes = Changes::default();
+        changes.compare_view(old, new);
+        changes.compare_materials(old, new, 0..old.materials.rows.len().max(new.materials.rows.len()));
+        for i in 0..old.surfaces.len().max(new.surfaces.len()) {
+            changes.compare_surface(i, &SurfaceState::of(old, i), &SurfaceState::of(new, i));
+        }
+        for i in 0..old.lights.len().max(new.lights.len()) {
+            let bits = |c: &Columns| (i < c.lights.len()).then(|| c.light_bits(i));
+            changes.compare_light(i, bits(old), bits(new));
+        }
+        changes
+    }
+
+    pub(crate) fn compare_view(&mut self, old: &Columns, new: &Columns) {
+        self.compare_settings(&Settings::of(old), &Settings::of(new));
+    }
+
+    pub(crate) fn compare_settings(&mut self, old: &Settings, new: &Settings) {
+        self.view = old.view != new.view;
+        self.samples = old.samples != new.samples;
+        self.model = old.model != new.model;
+    }
+
+    fn compare_materials(&mut self, old: &Columns, new: &Columns, ids: std::ops::Range<usize>) {
+        for i in ids {
+            let bits = |c: &Columns| c.materials.rows.get(i).map(|m| m.bits());
+            if bits(old) != bits(new) {
+                self.materials.push(MaterialId(i as u32));
+            }
+        }
+    }
+
+    pub(crate) fn compare_surface(&mut self, i: usize, old: &SurfaceState, new: &SurfaceState) {
+        let surface = SurfaceId(i as u32);
+        let moved = match (&old.bits, &new.bits) {
+            (Some(a), Some(b)) => a.shape != b.shape,
+            (None, None) => false,
+            _ => true,
+        };
+        if moved {
+            self.surfaces.push(SurfaceChange {
+                surface,
+                old_bounds: old.bounds,
+                new_bounds: new.bounds,
+            });
+        }
+        if let (Some(a), Some(b)) = (&old.bits, &new.bits) {
+            if a.cells != b.cells {
+                self.patterns.push(surface);
+            }
+            if a.materials != b.materials {
+                self.repainted.push(surface);
+            }
+        }
+    }
+
+    pub(crate) fn compare_light(&mut self, i: usize, old: Option<LightBits>, new: Option<LightBits>) {
+        let light = LightId(i as u32);
+        self.lights.extend(match (old, new) {
+            (Some(a), Some(b)) if a.place != b.place => Some(LightChange::Place(light)),
+            (Some(a), Some(b)) if a.emissivity != b.emissivity => Some(LightChange::Emissivity(light)),
+            (None, Some(_)) => Some(LightChange::Added(light)),
+            (Some(_), None) => Some(LightChange::Removed(light)),
+            _ => None,
+        });
+    }
+}
+
+/// The scalar part of a frame, as bits.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Settings {
+    view: [u64; 14],
+    samples: u32,
+    model: [u32; 7],
+}
+
+impl Settings {
+    pub(crate) fn of(c: &Columns) -> Settings {
+        let [r, g, b] = c.model.background.map(f32::to_bits);
+        let model = [
+            c.model.max_bounces,
+            c.model.max_path.to_bits(),
+            c.model.attenuation as u32,
+            c.model.transfer as u32,
+            r,
+            g,
+            b,
+        ];
+        Settings { view: c.view.bits(), samples: c.samples, model }
+    }
+}
+
+/// A surface in one of two frames; no bits if it is not there.
+#[derive(Clone, Debug)]
+pub(crate) struct SurfaceState {
+    bits: Option<SurfaceBits>,
+    bounds: Aabb,
+}
+
+impl SurfaceState {
+    pub(crate) fn of(columns: &Columns, i: usize) -> SurfaceState {
+        if i >= columns.surfaces.len() {
+            return SurfaceState { bits: None, bounds: Aabb::EMPTY };
+        }
+        SurfaceState {
+            bits: Some(columns.surface_bits(i)),
+            bounds: bounds(&columns.geometry, columns.surfaces.range(i)),
+        }
+    }
+}
+
+fn bounds(geometry: &Geometry, prims: std::ops::Range<usize>) -> Aabb {
+    geometry.bounds[prims].iter().fold(Aabb::EMPTY, |all, b| all.union(b))
+}

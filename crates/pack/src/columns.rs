@@ -1,0 +1,141 @@
+//! All columns of a scene.
+
+use crate::geometry::{Geometry, ShapeKind};
+use crate::ids::{LightId, MaterialId, PrimId, SurfaceId};
+use crate::lights::{LightPlace, Lights};
+use crate::materials::{MaterialRow, Materials, Rgb};
+use crate::surfaces::{Paint, Surfaces};
+use crate::view::{Model, View};
+
+/// A scene as columns: all that later stages know of it.
+#[derive(Clone, Debug)]
+pub struct Columns {
+    /// What rays are intersected with.
+    pub geometry: Geometry,
+    /// Which primitives are one surface, and what it wears.
+    pub surfaces: Surfaces,
+    /// Colours of reflection.
+    pub materials: Materials,
+    /// Where light comes from.
+    pub lights: Lights,
+    /// Eye and picture size.
+    pub view: View,
+    /// Settings of the model.
+    pub model: Model,
+    /// Samples a pixel.
+    pub samples: u32,
+}
+
+/// The part of a surface that decides where rays hit it, as bits.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum ShapeBits {
+    Hidden,
+    Sphere([u32; 4]),
+    Plane([u32; 6]),
+    Quad([u32; 15]),
+    Triangle([u32; 12]),
+    /// The address of the shared triangles, and the placement.
+    Mesh(usize, [u64; 7]),
+}
+
+/// All of one surface, as bits.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct SurfaceBits {
+    pub shape: ShapeBits,
+    pub materials: [MaterialId; 2],
+    pub cells: Option<[u32; 11]>,
+}
+
+/// All of one light, as bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct LightBits {
+    pub place: [u32; 7],
+    pub emissivity: [u32; 3],
+}
+
+impl Columns {
+    /// The materials and pattern of a surface.
+    pub fn paint(&self, surface: SurfaceId) -> &Paint {
+        &self.surfaces.paint[surface.index()]
+    }
+
+    /// The row of a material.
+    pub fn material(&self, id: MaterialId) -> &MaterialRow {
+        self.materials.get(id)
+    }
+
+    /// What light `id` reaches.
+    pub fn light_place(&self, id: LightId) -> LightPlace {
+        self.lights.place(id)
+    }
+
+    /// The intensity of light `id`.
+    pub fn emissivity(&self, id: LightId) -> Rgb {
+        self.lights.emissivity[id.index()]
+    }
+
+    pub(crate) fn surface_bits(&self, i: usize) -> SurfaceBits {
+        let paint = &self.surfaces.paint[i];
+        SurfaceBits {
+            shape: self.shape_bits(i),
+            materials: [paint.even, paint.odd],
+            cells: paint.cells.map(|c| c.bits()),
+        }
+    }
+
+    fn shape_bits(&self, i: usize) -> ShapeBits {
+        if !self.surfaces.visible[i] {
+            return ShapeBits::Hidden;
+        }
+        if let Some(mesh) = &self.surfaces.mesh[i] {
+            let mut bits = [0; 7];
+            let numbers = [mesh.scale].into_iter().chain(mesh.rotate.to_array());
+            for (b, x) in bits.iter_mut().zip(numbers.chain(mesh.translate.to_array())) {
+                *b = x.to_bits();
+            }
+            return ShapeBits::Mesh(std::sync::Arc::as_ptr(&mesh.data) as usize, bits);
+        }
+        let g = &self.geometry;
+        let prim = self.surfaces.first_prim[i];
+        let (kind, row) = g.shape[prim.index()];
+        let row = row as usize;
+        match kind {
+            ShapeKind::Sphere => {
+                let ([x, y, z], r) = g.spheres.row(row);
+                ShapeBits::Sphere([x, y, z, r].map(f32::to_bits))
+            }
+            ShapeKind::Plane => {
+                ShapeBits::Plane(bits([g.planes.point.get(row), g.planes.normal.get(row)]))
+            }
+            ShapeKind::Quad => {
+                let [a, b, c, d] = g.quads.points(row);
+                ShapeBits::Quad(bits([a, b, c, d, g.quads.normal.get(row)]))
+            }
+            ShapeKind::Triangle => {
+                let [a, b, c] = g.triangles.points(row);
+                ShapeBits::Triangle(bits([a, b, c, g.triangles.normal.get(row)]))
+            }
+        }
+    }
+
+    pub(crate) fn light_bits(&self, i: usize) -> LightBits {
+        let id = LightId(i as u32);
+        LightBits {
+            place: self.lights.place(id).bits(),
+            emissivity: self.emissivity(id).map(f32::to_bits),
+        }
+    }
+
+    /// The surface that a primitive belongs to.
+    pub fn surface_of(&self, prim: PrimId) -> SurfaceId {
+        self.geometry.surface[prim.index()]
+    }
+}
+
+fn bits<const N: usize, const M: usize>(points: [[f32; 3]; N]) -> [u32; M] {
+    let mut out = [0; M];
+    for (o, x) in out.iter_mut().zip(points.iter().flatten()) {
+        *o = x.to_bits();
+    }
+    out
+}

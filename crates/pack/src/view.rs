@@ -1,0 +1,102 @@
+//! Eye, picture, settings.
+
+use crate::materials::Rgb;
+use reflet_scene::{Attenuation, Camera, DVec3, Settings, TransferCurve};
+
+/// How pixels become rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Where all camera rays start.
+    pub eye: [f32; 3],
+    /// The direction of the pixel position (x, y) of a picture of `size` is the unit vector of
+    /// `forward + (2 x / width - 1) right + (1 - 2 y / height) up`, computed in `f64` and rounded
+    /// once, since neighbouring pixels differ by little.
+    pub forward: [f64; 3],
+    /// Half of the picture's width, as a vector.
+    pub right: [f64; 3],
+    /// Half of the picture's height, as a vector.
+    pub up: [f64; 3],
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+}
+
+impl View {
+    /// The view of `camera` on a picture of `size` pixels.
+    pub fn new(camera: &Camera, size: [u32; 2]) -> View {
+        let [w, h] = size.map(f64::from);
+        match *camera {
+            Camera::LookAt { eye, look_at, up, fov_degrees } => {
+                let f = unit(look_at - eye);
+                let r = unit(f.cross(up));
+                let u = r.cross(f);
+                let k = libm::tan(fov_degrees.to_radians() / 2.0);
+                View {
+                    eye: eye.to_array().map(|x| x as f32),
+                    forward: f.to_array(),
+                    right: (r * (k * (w / h))).to_array(),
+                    up: (u * k).to_array(),
+                    size,
+                }
+            }
+            Camera::Window { viewpoint, window } => View {
+                eye: viewpoint.to_array().map(|x| x as f32),
+                forward: (-viewpoint).to_array(),
+                right: [window[0] / 2.0, 0.0, 0.0],
+                up: [0.0, window[1] / 2.0, 0.0],
+                size,
+            },
+        }
+    }
+
+    /// The unit direction of the ray through pixel position (x, y), y downward.
+    pub fn direction(&self, x: f64, y: f64) -> [f32; 3] {
+        let a = 2.0 * x / f64::from(self.size[0]) - 1.0;
+        let b = 1.0 - 2.0 * y / f64::from(self.size[1]);
+        let d = [0, 1, 2].map(|k| self.forward[k] + a * self.right[k] + b * self.up[k]);
+        let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+        d.map(|x| (x / length) as f32)
+    }
+
+    /// The bits of all numbers that decide the camera rays.
+    pub fn bits(&self) -> [u64; 14] {
+        let mut out = [0; 14];
+        let wide = self.forward.iter().chain(&self.right).chain(&self.up).map(|x| x.to_bits());
+        let narrow = self.eye.iter().map(|x| u64::from(x.to_bits()));
+        let size = self.size.iter().map(|x| u64::from(*x));
+        for (o, x) in out.iter_mut().zip(wide.chain(narrow).chain(size)) {
+            *o = x;
+        }
+        out
+    }
+}
+
+pub(crate) fn unit(v: DVec3) -> DVec3 {
+    v / v.length()
+}
+
+/// The settings of the model, rounded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Model {
+    /// Reflections along one path.
+    pub max_bounces: u32,
+    /// A ray whose path is already longer than this returns 0.
+    pub max_path: f32,
+    /// Whether intensities fall with the path.
+    pub attenuation: Attenuation,
+    /// What a ray that hits nothing returns.
+    pub background: Rgb,
+    /// The curve of files with whole samples.
+    pub transfer: TransferCurve,
+}
+
+impl From<Settings> for Model {
+    fn from(s: Settings) -> Self {
+        Self {
+            max_bounces: s.max_bounces,
+            max_path: s.max_path as f32,
+            attenuation: s.attenuation,
+            background: s.background.to_array().map(|x| x as f32),
+            transfer: s.transfer,
+        }
+    }
+}
