@@ -1,0 +1,119 @@
+//! From the eye to whole pictures, and which pixels of them are stable.
+
+use super::recursion::{Ray, raytrace};
+use super::scene::{Camera, Scene};
+use super::vec3::{Vec3, v3};
+
+/// Linear intensities, row by row from the top.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    pub width: usize,
+    pub height: usize,
+    pub pixels: Vec<Vec3>,
+}
+
+impl Picture {
+    pub fn at(&self, x: usize, y: usize) -> Vec3 {
+        self.pixels[y * self.width + x]
+    }
+}
+
+/// How far the eye's direction (of length 1) moves in the test of stability.
+pub const NUDGE: f64 = 1.0 / (1 << 22) as f64;
+
+/// A pixel that changes by more than this, relative to max(1, value), is not stable.
+pub const STABLE_WITHIN: f64 = 1e-3;
+
+/// Where sample `i` of a pixel lies in it, from its upper left corner, in pixels.
+pub fn sample_position(i: usize) -> (f64, f64) {
+    let i = i as f64;
+    ((0.5 + i * 0.7548776662466927).fract(), (0.5 + i * 0.5698402909980532).fract())
+}
+
+/// The view with its frame worked out: `right` and `up` span the picture, both of length 1.
+struct Eye {
+    base: Vec3,
+    right: Vec3,
+    up: Vec3,
+    /// A direction (not of length 1) at picture coordinates (0, 0), and its changes along them.
+    forward: Vec3,
+    reach: [f64; 2],
+}
+
+impl Eye {
+    fn of(scene: &Scene) -> Eye {
+        match scene.camera {
+            Camera::LookAt { eye, look_at, up, fov_degrees } => {
+                let forward = (look_at - eye).unit();
+                let right = forward.cross(up).unit();
+                let k = (fov_degrees.to_radians() / 2.0).tan();
+                let aspect = scene.width as f64 / scene.height as f64;
+                let up = right.cross(forward);
+                Eye { base: eye, right, up, forward, reach: [k * aspect, k] }
+            }
+            Camera::Window { viewpoint, window } => Eye {
+                base: viewpoint,
+                right: v3(1.0, 0.0, 0.0),
+                up: v3(0.0, 1.0, 0.0),
+                forward: -viewpoint,
+                reach: [window[0] / 2.0, window[1] / 2.0],
+            },
+        }
+    }
+
+    /// The direction of length 1 through the point (x, y) of the picture, in pixels.
+    fn direction(&self, scene: &Scene, x: f64, y: f64) -> Vec3 {
+        let across = 2.0 * x / scene.width as f64 - 1.0;
+        let upward = 1.0 - 2.0 * y / scene.height as f64;
+        let [reach_x, reach_y] = self.reach;
+        (self.forward + self.right * (across * reach_x) + self.up * (upward * reach_y)).unit()
+    }
+}
+
+/// The pixel (x, y): the plain mean of its samples, each with its direction moved by `nudge`
+/// (to the right, upward).
+fn pixel(scene: &Scene, eye: &Eye, x: usize, y: usize, nudge: [f64; 2]) -> Vec3 {
+    let mut sum = Vec3::ZERO;
+    for i in 0..scene.samples {
+        let (a, b) = sample_position(i);
+        let dir = eye.direction(scene, x as f64 + a, y as f64 + b);
+        let moved = dir + eye.right * nudge[0] + eye.up * nudge[1];
+        let dir = if nudge == [0.0, 0.0] { dir } else { moved.unit() };
+        sum += raytrace(scene, Ray::of_eye(eye.base, dir));
+    }
+    sum / scene.samples as f64
+}
+
+/// The picture of `scene`.
+pub fn picture(scene: &Scene) -> Picture {
+    let eye = Eye::of(scene);
+    let pixels = (0..scene.width * scene.height)
+        .map(|i| pixel(scene, &eye, i % scene.width, i / scene.width, [0.0, 0.0]))
+        .collect();
+    Picture { width: scene.width, height: scene.height, pixels }
+}
+
+/// For each pixel of `picture` whether it is stable: whether it keeps its value, within
+/// [`STABLE_WITHIN`], when the eye's direction moves by [`NUDGE`] to the right, to the left, up or
+/// down (in the picture's own frame). Four directions, since a pixel just beside an edge changes
+/// under the ones that cross it only.
+pub fn stable(scene: &Scene, picture: &Picture) -> Vec<bool> {
+    let eye = Eye::of(scene);
+    let nudges = [[NUDGE, 0.0], [-NUDGE, 0.0], [0.0, NUDGE], [0.0, -NUDGE]];
+    picture
+        .pixels
+        .iter()
+        .enumerate()
+        .map(|(i, value)| {
+            nudges.iter().all(|nudge| {
+                let moved = pixel(scene, &eye, i % scene.width, i / scene.width, *nudge);
+                relative_error(*value, moved) <= STABLE_WITHIN
+            })
+        })
+        .collect()
+}
+
+/// The largest difference of a channel, relative to max(1, the largest channel of `want`).
+pub fn relative_error(want: Vec3, got: Vec3) -> f64 {
+    (want - got).largest() / want.largest().max(1.0)
+}
