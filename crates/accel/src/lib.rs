@@ -1,1 +1,46 @@
-//! (room to be furnished)
+//! Columns and rays to hits: SIMD kernels and a wide bounding volume hierarchy.
+//!
+//! # What a hit is
+//!
+//! A ray hits a primitive if the primitive's kernel ([`kernels`]) passes **and** the ray passes the
+//! primitive's own outward-rounded box by the one slab routine ([`slab`]); its t is the greater of
+//! the kernel's t and the box's entry. The closest hit is the least t; a tie goes to the lower
+//! [`PrimId`]. [`brute`] says the same in plain scalar code.
+//!
+//! Boxes of inner nodes contain the boxes of what is below, and IEEE rounding is monotone, so a
+//! node whose entry lies beyond the best t so far can be left out: no hit and no tie is lost. That
+//! makes the answer independent of the tree, of the order of traversal and of the SIMD level.
+//!
+//! Every kernel is one sequence of IEEE operations: multiply and add apart, true division and
+//! square root, compares and selects in place of min and max.
+//!
+//! | room | holds |
+//! | --- | --- |
+//! | [`isa`] | which instructions are used |
+//! | [`rays`] | streams of rays, and what they hit |
+//! | [`lanes`] | a ray as every kernel sees it |
+//! | [`slab`] | the box test |
+//! | [`kernels`] | one test a shape |
+//! | [`brute`] | the definition, scalar |
+//! | [`blocks`] | primitives in lanes |
+//! | [`build`] | the tree by binned surface area |
+//! | [`bvh`] | one ray through the tree |
+//! | [`packet`] | rays in lanes against few primitives |
+//! | [`accel`] | all of it behind two calls |
+
+pub mod accel;
+pub mod blocks;
+pub mod brute;
+pub mod build;
+pub mod bvh;
+pub mod isa;
+pub mod kernels;
+pub mod lanes;
+pub mod packet;
+pub mod rays;
+pub mod slab;
+
+pub use accel::{Accel, Scratch, Structure};
+pub use isa::{Isa, IsaError};
+pub use rays::{HitCode, Hits, RayCounts, Rays};
+pub use reflet_pack::PrimId;

@@ -1,0 +1,115 @@
+//! All of it behind two calls.
+
+use crate::blocks::Blocks;
+use crate::build::{self, Tree};
+use crate::bvh::{self, Stack};
+use crate::lanes::LANES;
+use crate::packet;
+use crate::rays::{HitCode, Hits, RayCounts, Rays};
+use fearless_simd::{Level, dispatch};
+use reflet_pack::{Geometry, PrimId, ShapeKind};
+
+/// How primitives are kept. The answer does not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Structure {
+    /// Whichever suits the number of primitives.
+    #[default]
+    Auto,
+    /// A list: rays in lanes against one primitive after the other.
+    List,
+    /// A tree, but for infinite planes: one ray at a time against eight boxes.
+    Tree,
+}
+
+/// What rays are intersected with.
+pub struct Accel {
+    level: Level,
+    /// What every ray is tested against.
+    list: Blocks,
+    /// What the tree's leaves hold.
+    leaves: Blocks,
+    tree: Tree,
+}
+
+/// Up to this many bounded primitives a list is quicker than a tree.
+const LIST: usize = 24;
+
+impl Accel {
+    /// Builds over all visible primitives.
+    pub fn build(geometry: &Geometry, level: Level, structure: Structure) -> Accel {
+        let visible = |kind: ShapeKind| {
+            let all = (0..geometry.len() as u32).map(PrimId);
+            let of_kind = move |p: &PrimId| geometry.shape[p.index()].0 == kind && geometry.is_visible(*p);
+            all.filter(of_kind).collect::<Vec<_>>()
+        };
+        let mut list = Blocks::default();
+        push(&mut list, geometry, ShapeKind::Plane, &visible(ShapeKind::Plane));
+        let bounded = geometry.len() - geometry.planes.prim.len();
+        let as_list = match structure {
+            Structure::Auto => bounded <= LIST,
+            Structure::List => true,
+            Structure::Tree => false,
+        };
+        let (mut leaves, mut tree) = (Blocks::default(), Tree::default());
+        if as_list {
+            for kind in [ShapeKind::Sphere, ShapeKind::Quad, ShapeKind::Triangle] {
+                push(&mut list, geometry, kind, &visible(kind));
+            }
+        } else {
+            tree = build::build(geometry, &mut leaves);
+        }
+        Accel { level, list, leaves, tree }
+    }
+
+    /// Finds the closest hit of each ray. `hits` gets as many rows as `rays` has, padded to whole
+    /// lanes; a ray that hits nothing before its end has no code and its own end as t.
+    ///
+    /// # Panics
+    /// If the columns of `rays` are not padded ([`Rays::pad`]).
+    pub fn closest(&self, rays: &Rays, hits: &mut Hits, scratch: &mut Scratch, counts: &mut RayCounts) {
+        counts.closest += rays.len() as u64;
+        let padded = rays.len().next_multiple_of(LANES);
+        hits.t.clear();
+        hits.t.extend_from_slice(&rays.t_max[..padded]);
+        hits.code.clear();
+        hits.code.resize(padded, HitCode::NONE);
+        let (t, code) = (&mut hits.t[..], &mut hits.code[..]);
+        dispatch!(self.level, simd => packet::closest(simd, &self.list, rays, t, code));
+        if !self.tree.nodes.is_empty() {
+            let (tree, stack) = ((&self.tree, &self.leaves), &mut scratch.stack);
+            dispatch!(self.level, simd => bvh::closest(simd, tree, rays, (t, code), stack));
+        }
+    }
+
+    /// Finds which rays hit anything before their end; `occluded` gets as many rows as `rays` has.
+    ///
+    /// # Panics
+    /// If the columns of `rays` are not padded ([`Rays::pad`]).
+    pub fn any(&self, rays: &Rays, occluded: &mut Vec<bool>, scratch: &mut Scratch, counts: &mut RayCounts) {
+        counts.any += rays.len() as u64;
+        occluded.clear();
+        occluded.resize(rays.len(), false);
+        dispatch!(self.level, simd => packet::any(simd, &self.list, rays, occluded));
+        if !self.tree.nodes.is_empty() {
+            let (tree, stack) = ((&self.tree, &self.leaves), &mut scratch.stack);
+            dispatch!(self.level, simd => bvh::any(simd, tree, rays, occluded, stack));
+        }
+    }
+
+    /// The instructions in use.
+    pub fn level(&self) -> Level {
+        self.level
+    }
+}
+
+/// Memory of one thread for its traversals.
+#[derive(Default)]
+pub struct Scratch {
+    stack: Stack,
+}
+
+fn push(blocks: &mut Blocks, geometry: &Geometry, kind: ShapeKind, prims: &[PrimId]) {
+    for some in prims.chunks(LANES) {
+        blocks.push(kind, geometry, some);
+    }
+}

@@ -1,0 +1,251 @@
+//! The tree by binned surface area: two children at first, then gathered into eight.
+
+use crate::blocks::Blocks;
+use crate::lanes::LANES;
+use reflet_pack::{Aabb, Geometry, PrimId, ShapeKind};
+
+/// An inner node: the boxes of eight children in lanes.
+#[derive(Clone, Debug)]
+#[repr(C, align(32))]
+pub struct Node {
+    /// The least x, y, z of each child.
+    pub lo: [[f32; LANES]; 3],
+    /// The greatest x, y, z of each child.
+    pub hi: [[f32; LANES]; 3],
+    /// What each child is.
+    pub child: [Child; LANES],
+}
+
+/// What a child of a node is: another node, or a block of primitives of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Child(u32);
+
+impl Child {
+    /// No child; its box is empty.
+    pub const NONE: Child = Child(u32::MAX);
+    const LEAF: u32 = 1 << 31;
+    const KIND: u32 = 29;
+
+    fn node(index: usize) -> Child {
+        Child(index as u32)
+    }
+
+    fn block(kind: ShapeKind, index: usize) -> Child {
+        Child(Self::LEAF | (kind as u32) << Self::KIND | index as u32)
+    }
+
+    /// The node's index, or the kind and index of the block.
+    #[inline(always)]
+    pub fn target(self) -> Result<usize, (ShapeKind, usize)> {
+        if self.0 & Self::LEAF == 0 {
+            return Ok(self.0 as usize);
+        }
+        let kind = match (self.0 >> Self::KIND) & 3 {
+            0 => ShapeKind::Sphere,
+            1 => ShapeKind::Plane,
+            2 => ShapeKind::Quad,
+            _ => ShapeKind::Triangle,
+        };
+        Err((kind, (self.0 & ((1 << Self::KIND) - 1)) as usize))
+    }
+}
+
+/// Nodes; the first is the root. Empty if there is no bounded primitive.
+#[derive(Clone, Debug, Default)]
+pub struct Tree {
+    /// The nodes.
+    pub nodes: Vec<Node>,
+    /// The number of levels.
+    pub depth: usize,
+}
+
+#[derive(Clone, Copy)]
+struct Item {
+    bounds: Aabb,
+    prim: PrimId,
+    kind: ShapeKind,
+}
+
+impl Item {
+    /// Twice the box's centre on an axis.
+    fn center(&self, k: usize) -> f32 {
+        self.bounds.lo[k] + self.bounds.hi[k]
+    }
+}
+
+enum Binary {
+    Leaf { bounds: Aabb, first: usize, len: usize },
+    Inner { bounds: Aabb, children: Box<[Binary; 2]> },
+}
+
+impl Binary {
+    fn bounds(&self) -> &Aabb {
+        match self {
+            Binary::Leaf { bounds, .. } | Binary::Inner { bounds, .. } => bounds,
+        }
+    }
+}
+
+/// Builds the tree over all visible primitives but planes, and puts them into `blocks`.
+pub fn build(g: &Geometry, blocks: &mut Blocks) -> Tree {
+    let mut items: Vec<Item> = (0..g.len() as u32)
+        .map(PrimId)
+        .filter(|p| g.is_visible(*p) && g.shape[p.index()].0 != ShapeKind::Plane)
+        .map(|prim| Item { bounds: g.bounds[prim.index()], prim, kind: g.shape[prim.index()].0 })
+        .collect();
+    if items.is_empty() {
+        return Tree::default();
+    }
+    let root = split(&mut items, 0, 0);
+    let mut gather = Gather { g, items: &items, blocks, tree: Tree::default() };
+    gather.node(&root, 1);
+    gather.tree
+}
+
+const BINS: usize = 16;
+/// Below this many primitives a branch is not worth a task of its own.
+const PARALLEL: usize = 4096;
+/// Deeper branches are halved by count: bad luck in the bins must not make the tree a list.
+const MAX_BINNED_DEPTH: usize = 48;
+
+fn split(items: &mut [Item], first: usize, depth: usize) -> Binary {
+    let bounds = items.iter().fold(Aabb::EMPTY, |all, i| all.union(&i.bounds));
+    let one_kind = items.iter().all(|i| i.kind == items[0].kind);
+    if items.len() <= LANES && one_kind {
+        return Binary::Leaf { bounds, first, len: items.len() };
+    }
+    let middle = if items.len() <= LANES {
+        let kind = items[0].kind;
+        partition(items, |i| i.kind == kind)
+    } else {
+        (depth < MAX_BINNED_DEPTH).then(|| binned(items)).flatten().unwrap_or(items.len() / 2)
+    };
+    let (left, right) = items.split_at_mut(middle);
+    let (left, right) = if left.len() + right.len() > PARALLEL {
+        rayon::join(|| split(left, first, depth + 1), || split(right, first + middle, depth + 1))
+    } else {
+        (split(left, first, depth + 1), split(right, first + middle, depth + 1))
+    };
+    Binary::Inner { bounds, children: Box::new([left, right]) }
+}
+
+/// Sorts by the best of the bins' borders and gives its place; `None` if all centres coincide.
+/// (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", RT 2007.)
+fn binned(items: &mut [Item]) -> Option<usize> {
+    let (mut lo, mut hi) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+    for item in items.iter() {
+        for k in 0..3 {
+            lo[k] = lo[k].min(item.center(k));
+            hi[k] = hi[k].max(item.center(k));
+        }
+    }
+    let bin = |item: &Item, k: usize| {
+        let scale = BINS as f32 / (hi[k] - lo[k]);
+        (((item.center(k) - lo[k]) * scale) as usize).min(BINS - 1)
+    };
+    let mut best: Option<(f32, usize, usize)> = None;
+    for k in 0..3 {
+        // Not a number when the extent overflows: such scenes are halved by count.
+        if !(hi[k] - lo[k] > 0.0 && (hi[k] - lo[k]).is_finite()) {
+            continue;
+        }
+        let mut bins = [(Aabb::EMPTY, 0usize); BINS];
+        for item in items.iter() {
+            let slot = &mut bins[bin(item, k)];
+            *slot = (slot.0.union(&item.bounds), slot.1 + 1);
+        }
+        let mut right = [(0.0f32, 0usize); BINS];
+        let mut sum = (Aabb::EMPTY, 0);
+        for i in (1..BINS).rev() {
+            sum = (sum.0.union(&bins[i].0), sum.1 + bins[i].1);
+            right[i] = (half_area(&sum.0), sum.1);
+        }
+        let mut left = (Aabb::EMPTY, 0);
+        for i in 1..BINS {
+            left = (left.0.union(&bins[i - 1].0), left.1 + bins[i - 1].1);
+            if left.1 == 0 || right[i].1 == 0 {
+                continue;
+            }
+            let cost = half_area(&left.0) * left.1 as f32 + right[i].0 * right[i].1 as f32;
+            if best.is_none_or(|b| cost < b.0) {
+                best = Some((cost, k, i));
+            }
+        }
+    }
+    let (_, k, border) = best?;
+    Some(partition(items, |item| bin(item, k) < border))
+}
+
+/// Brings those that pass to the front, order kept within the front, and counts them.
+fn partition(items: &mut [Item], pass: impl Fn(&Item) -> bool) -> usize {
+    let mut front = 0;
+    for i in 0..items.len() {
+        if pass(&items[i]) {
+            items.swap(front, i);
+            front += 1;
+        }
+    }
+    front
+}
+
+fn half_area(b: &Aabb) -> f32 {
+    if b.is_empty() {
+        return 0.0;
+    }
+    let e = [0, 1, 2].map(|k| b.hi[k] - b.lo[k]);
+    e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
+}
+
+/// Binary nodes into wide ones.
+struct Gather<'a> {
+    g: &'a Geometry,
+    items: &'a [Item],
+    blocks: &'a mut Blocks,
+    tree: Tree,
+}
+
+impl Gather<'_> {
+    fn node(&mut self, root: &Binary, level: usize) -> usize {
+        self.tree.depth = self.tree.depth.max(level);
+        let mut open: Vec<&Binary> = vec![root];
+        // Always open the largest, until there are eight or only leaves.
+        while open.len() < LANES {
+            let largest = open
+                .iter()
+                .enumerate()
+                .filter(|(_, b)| matches!(b, Binary::Inner { .. }))
+                .max_by(|(i, a), (j, b)| {
+                    half_area(a.bounds()).total_cmp(&half_area(b.bounds())).then(j.cmp(i))
+                })
+                .map(|(i, _)| i);
+            let Some(i) = largest else { break };
+            let Binary::Inner { children, .. } = open[i] else { break };
+            open[i] = &children[0];
+            open.push(&children[1]);
+        }
+        let index = self.tree.nodes.len();
+        self.tree.nodes.push(Node {
+            lo: Aabb::EMPTY.lo.map(|x| [x; LANES]),
+            hi: Aabb::EMPTY.hi.map(|x| [x; LANES]),
+            child: [Child::NONE; LANES],
+        });
+        for (lane, binary) in open.into_iter().enumerate() {
+            let child = match binary {
+                Binary::Leaf { first, len, .. } => {
+                    let items = &self.items[*first..first + len];
+                    let prims: Vec<PrimId> = items.iter().map(|i| i.prim).collect();
+                    Child::block(items[0].kind, self.blocks.push(items[0].kind, self.g, &prims))
+                }
+                inner => Child::node(self.node(inner, level + 1)),
+            };
+            let node = &mut self.tree.nodes[index];
+            for k in 0..3 {
+                node.lo[k][lane] = binary.bounds().lo[k];
+                node.hi[k][lane] = binary.bounds().hi[k];
+            }
+            node.child[lane] = child;
+        }
+        index
+    }
+}

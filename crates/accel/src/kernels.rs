@@ -1,0 +1,135 @@
+//! One test a shape. Each gives t, whether the ray hits, and the hit's code, before the box test.
+
+use crate::lanes::{F, M, Permute, RayLanes, U, V3, dot, sub};
+use fearless_simd::prelude::*;
+
+/// What a kernel answers.
+#[derive(Clone, Copy)]
+pub struct Candidate<S: Simd> {
+    /// The distance; anything where `hit` is false.
+    pub t: F<S>,
+    /// Whether there is a root in front of the ray.
+    pub hit: M<S>,
+    /// The primitive's code, with the inside bit.
+    pub code: U<S>,
+}
+
+/// Spheres in lanes, or one in all lanes.
+#[derive(Clone, Copy)]
+pub struct SphereLanes<S: Simd> {
+    /// Centres.
+    pub center: V3<S>,
+    /// Radii.
+    pub radius: F<S>,
+    /// Codes.
+    pub code: U<S>,
+}
+
+/// Sphere: the discriminant as r² - |l - (l.d) d|², which does not cancel at long range (Haines et
+/// al., "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, ch. 7).
+///
+/// The near root counts if it is in front and the ray does not leave this sphere; else the far root,
+/// if the ray does not leave it on its outside.
+#[inline(always)]
+pub fn sphere<S: Simd, P: Permute<S>>(simd: S, ray: &RayLanes<S, P>, s: &SphereLanes<S>) -> Candidate<S> {
+    let zero = F::splat(simd, 0.0);
+    let l = sub(s.center, ray.o);
+    let b = dot(l, ray.d);
+    let across = [l[0] - b * ray.d[0], l[1] - b * ray.d[1], l[2] - b * ray.d[2]];
+    let disc = s.radius * s.radius - dot(across, across);
+    let root = disc.sqrt();
+    let (near, far) = (b - root, b + root);
+    let other = !ray.last.simd_eq(s.code);
+    let near_counts = near.simd_gt(zero) & other;
+    let far_counts = far.simd_gt(zero) & (other | ray.last_inside);
+    Candidate {
+        t: near_counts.select(near, far),
+        hit: disc.simd_ge(zero) & (near_counts | far_counts),
+        code: near_counts.select(s.code, s.code | 1u32),
+    }
+}
+
+/// Planes in lanes, or one in all lanes.
+#[derive(Clone, Copy)]
+pub struct PlaneLanes<S: Simd> {
+    /// A point of each.
+    pub point: V3<S>,
+    /// Unit normals.
+    pub normal: V3<S>,
+    /// Codes.
+    pub code: U<S>,
+}
+
+/// Plane: n.(point - o) / n.d.
+#[inline(always)]
+pub fn plane<S: Simd, P: Permute<S>>(simd: S, ray: &RayLanes<S, P>, p: &PlaneLanes<S>) -> Candidate<S> {
+    let t = dot(p.normal, sub(p.point, ray.o)) / dot(p.normal, ray.d);
+    let hit = t.simd_gt(F::splat(simd, 0.0)) & !ray.last.simd_eq(p.code);
+    Candidate { t, hit, code: p.code }
+}
+
+/// Quads in lanes, or one in all lanes.
+#[derive(Clone, Copy)]
+pub struct QuadLanes<S: Simd> {
+    /// Corners in order around.
+    pub corners: [V3<S>; 4],
+    /// Unit normals.
+    pub normal: V3<S>,
+    /// Codes.
+    pub code: U<S>,
+}
+
+/// Quad: inside by the signs of four watertight edge functions, t by its plane.
+#[inline(always)]
+pub fn quad<S: Simd, P: Permute<S>>(simd: S, ray: &RayLanes<S, P>, q: &QuadLanes<S>) -> Candidate<S> {
+    let zero = F::splat(simd, 0.0);
+    let [a, b, c, d] = q.corners.map(|corner| sheared(ray, sub(corner, ray.o)));
+    let edges = [edge(a, b), edge(b, c), edge(c, d), edge(d, a)];
+    let mut any_neg = edges[0].simd_lt(zero);
+    let mut any_pos = edges[0].simd_gt(zero);
+    for e in &edges[1..] {
+        any_neg |= e.simd_lt(zero);
+        any_pos |= e.simd_gt(zero);
+    }
+    let t = dot(q.normal, sub(q.corners[0], ray.o)) / dot(q.normal, ray.d);
+    let hit = !(any_neg & any_pos) & (any_neg | any_pos) & t.simd_gt(zero) & !ray.last.simd_eq(q.code);
+    Candidate { t, hit, code: q.code }
+}
+
+/// Triangles in lanes, or one in all lanes.
+#[derive(Clone, Copy)]
+pub struct TriangleLanes<S: Simd> {
+    /// Corners.
+    pub corners: [V3<S>; 3],
+    /// Codes.
+    pub code: U<S>,
+}
+
+/// Triangle: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2013. A function
+/// of an edge is the exact negative of its neighbour's, and 0 counts as inside for both, so a ray at
+/// a shared edge hits one of the two at least. Both sides count.
+#[inline(always)]
+pub fn triangle<S: Simd, P: Permute<S>>(simd: S, ray: &RayLanes<S, P>, tri: &TriangleLanes<S>) -> Candidate<S> {
+    let zero = F::splat(simd, 0.0);
+    let [a, b, c] = tri.corners.map(|corner| sheared(ray, sub(corner, ray.o)));
+    let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
+    let any_neg = u.simd_lt(zero) | v.simd_lt(zero) | w.simd_lt(zero);
+    let any_pos = u.simd_gt(zero) | v.simd_gt(zero) | w.simd_gt(zero);
+    let det = u + v + w;
+    let t = (u * a[2] + v * b[2] + w * c[2]) / det;
+    let hit = !(any_neg & any_pos) & !det.simd_eq(zero) & t.simd_gt(zero) & !ray.last.simd_eq(tri.code);
+    Candidate { t, hit, code: tri.code }
+}
+
+/// `v` (relative to the ray's origin) in the space where the ray is the third axis.
+#[inline(always)]
+fn sheared<S: Simd, P: Permute<S>>(ray: &RayLanes<S, P>, v: V3<S>) -> V3<S> {
+    let p = ray.axis.permute(v);
+    [p[0] - ray.shear[0] * p[2], p[1] - ray.shear[1] * p[2], ray.shear[2] * p[2]]
+}
+
+/// On which side of the ray the edge from `p` to `q` passes.
+#[inline(always)]
+fn edge<S: Simd>(p: V3<S>, q: V3<S>) -> F<S> {
+    p[0] * q[1] - p[1] * q[0]
+}
