@@ -1,1 +1,33 @@
-//! (room to be furnished)
+//! Pixels to ray trees, and ray trees to colours: two passes that never mix.
+//!
+//! **Trace** ([`grow`]) makes the ray tree of a tile level by level: all camera rays, then all
+//! their reflections, and so on, so that a level is one stream of rays. A node ([`trees`]) holds
+//! what shading needs and no colour. **Shade** ([`shade`]) turns nodes and today's colours of
+//! materials and lights into pixels, deepest level first. There is no third way to a pixel.
+//!
+//! | room | holds |
+//! | --- | --- |
+//! | [`grid`] | the picture in tiles |
+//! | [`trees`] | nodes as columns, level by level |
+//! | [`palette`] | the surfaces that a tile sees |
+//! | [`camera`] | pixels to rays |
+//! | [`interact`] | where a ray hit, how the surface lies there |
+//! | [`lighting`] | what each light gives, and whether it is seen |
+//! | [`mirror`] | which nodes reflect, and where to |
+//! | [`grow`] | these in turn: the first pass |
+//! | [`shade`] | the second pass |
+
+pub mod camera;
+pub mod grid;
+pub mod grow;
+pub mod interact;
+pub mod lighting;
+pub mod mirror;
+pub mod palette;
+pub mod shade;
+pub mod trees;
+
+pub use grid::{Grid, TileRect};
+pub use grow::{RayTally, TraceScratch, Tracer};
+pub use shade::{ShadeScratch, Shader, TileColours};
+pub use trees::Trees;

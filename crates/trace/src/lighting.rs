@@ -1,0 +1,69 @@
+//! What each light gives, and whether it is seen.
+
+use crate::interact::Interactions;
+use fearless_simd::prelude::*;
+use reflet_accel::lanes::{F, LANES, V3, dot, sub};
+use reflet_accel::{HitCode, Rays};
+use reflet_pack::lights::LightPlace;
+
+/// Writes cos / r of each point into `term`, 0 where the light is behind the surface, outside the
+/// light's cone or nothing was hit; and for the others a shadow ray into `rays` with the row that
+/// it belongs to in `rows`.
+#[inline(always)]
+pub fn aim<S: Simd>(
+    simd: S,
+    light: &LightPlace,
+    points: &Interactions,
+    codes: &[HitCode],
+    term: &mut Vec<f32>,
+    rays: &mut Rays,
+    rows: &mut Vec<u16>,
+) {
+    let zero = F::splat(simd, 0.0);
+    let at = light.at.map(|x| F::splat(simd, x));
+    let axis = light.axis.map(|x| F::splat(simd, x));
+    let cos_angle = F::splat(simd, light.cos_angle);
+    let len = codes.len();
+    term.clear();
+    term.resize(len.next_multiple_of(LANES), 0.0);
+    rows.clear();
+    rays.resize(len);
+    let mut cast = 0;
+    for first in (0..len).step_by(LANES) {
+        let lanes = first..first + LANES;
+        let load = |c: &[Vec<f32>; 3]| -> V3<S> {
+            [0, 1, 2].map(|k| F::from_slice(simd, &c[k][lanes.clone()]))
+        };
+        let (p, n, start) = (load(&points.p), load(&points.n), load(&points.start));
+        let way = sub(at, p);
+        let r = dot(way, way).sqrt();
+        let cos = dot(n, way) / r;
+        let in_cone = (zero - dot(way, axis) / r).simd_gt(cos_angle);
+        let lit = (cos.simd_gt(zero) & in_cone).to_bitmask();
+        if lit == 0 {
+            continue;
+        }
+        let value = cos / r;
+        // The ray runs from where rays leave; its length is its own.
+        let run = sub(at, start);
+        let length = dot(run, run).sqrt();
+        let dir = [run[0] / length, run[1] / length, run[2] / length];
+        for lane in (0..LANES.min(len - first)).filter(|l| lit >> l & 1 == 1) {
+            let row = first + lane;
+            if codes[row].is_none() {
+                continue;
+            }
+            term[row] = value.as_slice()[lane];
+            for k in 0..3 {
+                rays.origin[k][cast] = start[k].as_slice()[lane];
+                rays.dir[k][cast] = dir[k].as_slice()[lane];
+            }
+            rays.t_max[cast] = length.as_slice()[lane];
+            rays.last[cast] = codes[row];
+            rows.push(row as u16);
+            cast += 1;
+        }
+    }
+    rays.resize(cast);
+    term.truncate(len);
+}

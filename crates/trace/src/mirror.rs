@@ -1,0 +1,46 @@
+//! Which nodes reflect, and where to.
+
+use crate::interact::Interactions;
+use fearless_simd::prelude::*;
+use reflet_accel::lanes::{F, LANES, V3, dot};
+use reflet_accel::{HitCode, Rays};
+
+/// Writes the mirrored rays of the rows in `rows` (ascending) into `out`: v = 2 (u.n) n - u with
+/// u = -d, normalised truly at each bounce, since what is off unit length grows with every other.
+#[inline(always)]
+pub fn reflect<S: Simd>(
+    simd: S,
+    rays: &Rays,
+    points: &Interactions,
+    codes: &[HitCode],
+    rows: &[u16],
+    out: &mut Rays,
+) {
+    out.resize(rows.len());
+    for (chunk, first) in rows.chunks(LANES).zip((0..).step_by(LANES)) {
+        let gather = |c: &[Vec<f32>; 3]| -> V3<S> {
+            [0, 1, 2].map(|k| {
+                let mut lanes = [0.0; LANES];
+                for (lane, row) in lanes.iter_mut().zip(chunk) {
+                    *lane = c[k][usize::from(*row)];
+                }
+                F::from_slice(simd, &lanes)
+            })
+        };
+        let (d, n, start) = (gather(&rays.dir), gather(&points.n), gather(&points.start));
+        let along = dot(d, n);
+        let twice = along + along;
+        let v = [d[0] - twice * n[0], d[1] - twice * n[1], d[2] - twice * n[2]];
+        let length = dot(v, v).sqrt();
+        for k in 0..3 {
+            let lanes = first..first + LANES;
+            start[k].store_slice(&mut out.origin[k][lanes.clone()]);
+            (v[k] / length).store_slice(&mut out.dir[k][lanes]);
+        }
+        for (lane, row) in chunk.iter().enumerate() {
+            out.t_max[first + lane] = f32::INFINITY;
+            out.last[first + lane] = codes[usize::from(*row)];
+        }
+    }
+    out.pad();
+}
