@@ -1,1 +1,42 @@
-//! (room to be furnished)
+//! Colours to files: the transfer from linear intensities to samples, the file formats, and
+//! writes that never leave a broken file behind.
+//!
+//! The way through, one noun a module:
+//!
+//! 1. [`Layout`] and [`Picture`]: samples stored tile by tile, so that shading writes one
+//!    contiguous chunk and several pictures can be shaded together ([`Picture::tiles_mut`]).
+//! 2. [`Transfer`] and [`TransferTable`]: linear intensities to samples, exactly.
+//! 3. [`Format`]: what the files are called and which samples they hold.
+//! 4. [`encode_still`]: a picture to the bytes of a file. PNG and EXR are made of independent
+//!    bands of rows; [`KeptBands`] keeps the bytes of bands whose pixels did not change.
+//! 5. [`FilmWriter`]: frames to one GIF, APNG or Y4M stream.
+//! 6. [`Target`]: what `-o OUT` means; [`SafeFile`]: a file that appears under its name only
+//!    when it is whole.
+//!
+//! Bytes depend on the pixels and the options alone: never on the number of threads, the size of
+//! a tile, the machine, the time, or on what was kept from an earlier frame.
+
+mod bands;
+mod exr;
+mod film;
+mod format;
+mod netpbm;
+mod picture;
+mod png;
+mod qoi;
+mod safe;
+mod still;
+mod target;
+mod transfer;
+
+pub use bands::KeptBands;
+pub use film::{FilmSpec, FilmWriter, Fps, FpsError, Pushed};
+pub use format::{Format, UnknownFormat};
+pub use picture::{
+    Layout, LayoutError, OutOfMemory, Picture, Sample, SampleKind, Samples, SamplesMut, TileMut,
+    TileRect,
+};
+pub use safe::{PendingFolders, SafeFile, StrayFile, stray_files};
+pub use still::{Compression, Encoded, StillOptions, encode_still};
+pub use target::{Target, TargetError};
+pub use transfer::{Transfer, TransferTable};

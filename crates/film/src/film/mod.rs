@@ -1,0 +1,266 @@
+//! Frames to one file: animated GIF, animated PNG, YUV4MPEG2.
+//!
+//! Frames stream: a film of any length takes the memory of two frames. GIF and APNG store of each
+//! frame the rectangle that holds all pixels that changed, so rows that did not change are not
+//! stored twice. A frame equal to the one before is a patch of one pixel, so that the file has as
+//! many frames as the animation.
+
+mod apng;
+mod fps;
+mod gif;
+mod quantise;
+mod y4m;
+
+pub use fps::{Fps, FpsError};
+
+use crate::format::Format;
+use crate::picture::{Picture, TileRect};
+use crate::still::Compression;
+use std::io::{self, ErrorKind, Write};
+
+/// What a film is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FilmSpec {
+    /// GIF, APNG or Y4M.
+    pub format: Format,
+    /// Pixels across, 1..=65535.
+    pub width: u32,
+    /// Pixels down, 1..=65535.
+    pub height: u32,
+    /// Frames a second.
+    pub fps: Fps,
+    /// Frames in all, at least 1. APNG says it at its head.
+    pub frames: u32,
+    /// For APNG.
+    pub compression: Compression,
+}
+
+/// What was stored of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pushed {
+    /// The pixels that were stored.
+    pub stored: TileRect,
+    /// False if every pixel equals that of the frame before.
+    pub changed: bool,
+}
+
+/// Writes the frames of a film, one after the other.
+#[derive(Debug)]
+pub struct FilmWriter<W: Write> {
+    spec: FilmSpec,
+    pushed: u32,
+    frame: Vec<u8>,
+    before: Vec<u8>,
+    codec: Codec<W>,
+}
+
+#[derive(Debug)]
+enum Codec<W: Write> {
+    Gif(Box<gif::GifFilm<W>>),
+    Apng(apng::ApngFilm<W>),
+    Y4m(y4m::Y4mFilm<W>),
+}
+
+fn invalid(message: String) -> io::Error {
+    io::Error::new(ErrorKind::InvalidInput, message)
+}
+
+impl<W: Write> FilmWriter<W> {
+    /// Begins a film: writes its head to `sink`, which is then written to as frames come, in large
+    /// pieces.
+    ///
+    /// # Errors
+    /// `InvalidInput` if `spec` is not a film's; what `sink` reports.
+    pub fn new(sink: W, spec: FilmSpec) -> io::Result<Self> {
+        let sizes = 1..=65535;
+        if !sizes.contains(&spec.width) || !sizes.contains(&spec.height) {
+            return Err(invalid(format!(
+                "a film of {} x {} pixels: width and height must be 1 to 65535",
+                spec.width, spec.height
+            )));
+        }
+        if spec.frames == 0 {
+            return Err(invalid("a film of no frames".to_owned()));
+        }
+        let codec = match spec.format {
+            Format::Gif => Codec::Gif(Box::new(gif::GifFilm::new(sink, &spec)?)),
+            Format::Apng => Codec::Apng(apng::ApngFilm::new(sink, &spec)?),
+            Format::Y4m => Codec::Y4m(y4m::Y4mFilm::new(sink, &spec)?),
+            still => {
+                return Err(invalid(format!(
+                    "{still} is not a film: each frame is a still of its own"
+                )));
+            }
+        };
+        Ok(Self { spec, pushed: 0, frame: Vec::new(), before: Vec::new(), codec })
+    }
+
+    /// The film's description.
+    pub fn spec(&self) -> &FilmSpec {
+        &self.spec
+    }
+
+    /// Frames so far.
+    pub fn frames(&self) -> u32 {
+        self.pushed
+    }
+
+    /// Adds a frame of 8-bit samples.
+    ///
+    /// # Errors
+    /// `InvalidInput` if the picture is not of the film's size and sample kind, or there are more
+    /// frames than announced; what the sink reports.
+    pub fn push(&mut self, picture: &Picture) -> io::Result<Pushed> {
+        let (layout, spec) = (picture.layout(), &self.spec);
+        if (layout.width(), layout.height()) != (spec.width, spec.height)
+            || picture.kind() != spec.format.sample_kind()
+        {
+            return Err(invalid(format!(
+                "a frame of {} x {} {:?} samples in a film of {} x {} {:?}",
+                layout.width(),
+                layout.height(),
+                picture.kind(),
+                spec.width,
+                spec.height,
+                spec.format.sample_kind()
+            )));
+        }
+        if self.pushed == spec.frames {
+            return Err(invalid(format!("the film was announced with {} frames", spec.frames)));
+        }
+        std::mem::swap(&mut self.frame, &mut self.before);
+        self.frame.clear();
+        crate::png::gather(picture, 0..spec.height, &mut self.frame);
+        let whole = TileRect { x: 0, y: 0, width: spec.width, height: spec.height };
+        let pushed = if self.pushed == 0 {
+            Pushed { stored: whole, changed: true }
+        } else {
+            match changed(&self.frame, &self.before, spec.width as usize) {
+                Some(stored) => Pushed { stored, changed: true },
+                None => {
+                    Pushed { stored: TileRect { x: 0, y: 0, width: 1, height: 1 }, changed: false }
+                }
+            }
+        };
+        let before = (self.pushed > 0).then_some(self.before.as_slice());
+        let shot = Shot {
+            index: self.pushed,
+            width: spec.width as usize,
+            frame: &self.frame,
+            before,
+            stored: pushed.stored,
+        };
+        match &mut self.codec {
+            Codec::Gif(film) => film.push(&shot, spec)?,
+            Codec::Apng(film) => film.push(&shot, spec)?,
+            Codec::Y4m(film) => film.push(&shot)?,
+        }
+        self.pushed += 1;
+        Ok(match spec.format {
+            // Every frame is stored whole.
+            Format::Y4m => Pushed { stored: whole, ..pushed },
+            _ => pushed,
+        })
+    }
+
+    /// Ends the film and gives the sink back, flushed.
+    ///
+    /// # Errors
+    /// `InvalidInput` if there are fewer frames than announced; what the sink reports.
+    pub fn finish(self) -> io::Result<W> {
+        if self.pushed != self.spec.frames {
+            return Err(invalid(format!(
+                "the film was announced with {} frames and has {}",
+                self.spec.frames, self.pushed
+            )));
+        }
+        let mut sink = match self.codec {
+            Codec::Gif(film) => film.finish()?,
+            Codec::Apng(film) => film.finish()?,
+            Codec::Y4m(film) => film.finish(),
+        };
+        sink.flush()?;
+        Ok(sink)
+    }
+}
+
+/// A frame on its way to a codec.
+struct Shot<'a> {
+    index: u32,
+    /// Pixels a row.
+    width: usize,
+    /// R, G, B triples, rows from the top.
+    frame: &'a [u8],
+    /// The frame before, if there is one.
+    before: Option<&'a [u8]>,
+    stored: TileRect,
+}
+
+impl<'a> Shot<'a> {
+    /// The triples of row `y` of the stored rectangle, taken from `frame`.
+    fn row(&self, frame: &'a [u8], y: u32) -> &'a [u8] {
+        let stored = self.stored;
+        let start = ((stored.y + y) as usize * self.width + stored.x as usize) * 3;
+        &frame[start..start + stored.width as usize * 3]
+    }
+}
+
+/// The least rectangle outside of which two frames are equal; `None` if they are equal.
+fn changed(frame: &[u8], before: &[u8], width: usize) -> Option<TileRect> {
+    let row_bytes = width * 3;
+    let rows = || {
+        let rows = frame.chunks_exact(row_bytes).zip(before.chunks_exact(row_bytes));
+        rows.enumerate()
+    };
+    let top = rows().find(|(_, (a, b))| a != b)?.0;
+    let bottom = rows().rev().find(|(_, (a, b))| a != b)?.0;
+    let (mut left, mut right) = (row_bytes, 0);
+    for (_, (a, b)) in rows().skip(top).take(bottom + 1 - top) {
+        // Only what is outside of the columns found so far can widen them.
+        let differ = |(x, y): (&u8, &u8)| x != y;
+        if let Some(at) = a[..left].iter().zip(&b[..left]).position(differ) {
+            left = at;
+        }
+        if let Some(at) = a[right..].iter().zip(&b[right..]).rposition(differ) {
+            right += at + 1;
+        }
+    }
+    let (left, right) = (left / 3, right.div_ceil(3));
+    Some(TileRect {
+        x: left as u32,
+        y: top as u32,
+        width: (right - left) as u32,
+        height: (bottom + 1 - top) as u32,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_changed_rectangle_is_the_least() {
+        let (width, height) = (7, 5);
+        let before = vec![3_u8; width * height * 3];
+        assert_eq!(changed(&before, &before, width), None);
+        for (x0, y0, x1, y1) in
+            [(0, 0, 0, 0), (6, 4, 6, 4), (2, 1, 5, 3), (0, 0, 6, 4), (4, 0, 1, 4)]
+        {
+            for channel in 0..3 {
+                let mut frame = before.clone();
+                frame[(y0 * width + x0) * 3 + channel] = 9;
+                frame[(y1 * width + x1) * 3 + 2 - channel] = 9;
+                let (left, right) = (x0.min(x1), x0.max(x1));
+                assert_eq!(
+                    changed(&frame, &before, width),
+                    Some(TileRect {
+                        x: left as u32,
+                        y: y0 as u32,
+                        width: (right - left + 1) as u32,
+                        height: (y1 - y0 + 1) as u32,
+                    })
+                );
+            }
+        }
+    }
+}
