@@ -1,6 +1,6 @@
 //! Which instructions are used. All give the same bits.
 
-use fearless_simd::Level;
+pub use fearless_simd::Level;
 use std::str::FromStr;
 
 /// A choice of SIMD instructions.

@@ -168,6 +168,7 @@ pub fn is_castable(rays: &Rays, i: usize) -> bool {
 pub const NO_PRIM: HitCode = HitCode::NONE;
 
 #[inline(always)]
-pub(crate) fn abs<S: Simd>(x: F<S>) -> F<S> {
+/// The absolute value: the sign bit cleared.
+pub fn abs<S: Simd>(x: F<S>) -> F<S> {
     F::from_bits(x.to_bits() & 0x7fff_ffffu32)
 }

@@ -32,5 +32,5 @@ pub use changes::{Changes, LightChange, SurfaceChange};
 pub use columns::Columns;
 pub use geometry::{Geometry, ShapeKind};
 pub use ids::{LightId, MaterialId, PrimId, SurfaceId};
-pub use packer::Packer;
+pub use packer::{NoCamera, Overrides, Packer};
 pub use reflet_scene::{Attenuation, Key, TransferCurve};

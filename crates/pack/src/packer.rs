@@ -51,8 +51,16 @@ pub struct Packer {
     wearers: HashMap<Key, BTreeSet<SurfaceId>>,
     base: Lengths,
     touched: Vec<Key>,
-    /// The picture's size if it is not the scene's.
-    size: Option<[u32; 2]>,
+    overrides: Overrides,
+}
+
+/// What stands in for the scene's own settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Overrides {
+    /// Width and height in pixels.
+    pub size: Option<[u32; 2]>,
+    /// No more bounces than this.
+    pub max_bounces: Option<u32>,
 }
 
 /// The scene has no camera, so there is no picture of it.
@@ -68,15 +76,15 @@ impl std::fmt::Display for NoCamera {
 impl std::error::Error for NoCamera {}
 
 impl Packer {
-    /// Packs a scene as its script left it; `size` in pixels stands in for the scene's own.
-    pub fn new(scene: &Scene, size: Option<[u32; 2]>) -> Result<Packer, NoCamera> {
+    /// Packs a scene as its script left it.
+    pub fn new(scene: &Scene, overrides: Overrides) -> Result<Packer, NoCamera> {
         let columns = Columns {
             geometry: Geometry::default(),
             surfaces: Surfaces::default(),
             materials: Materials { rows: vec![MaterialRow::from(Material::GREY_MATT)] },
             lights: Lights::default(),
-            view: view(scene, size).ok_or(NoCamera)?,
-            model: Model::from(scene.settings()),
+            view: view(scene, &overrides).ok_or(NoCamera)?,
+            model: model(scene, &overrides),
             samples: scene.image().samples,
         };
         let mut packer = Packer {
@@ -85,7 +93,7 @@ impl Packer {
             wearers: HashMap::new(),
             base: Lengths::default(),
             touched: Vec::new(),
-            size,
+            overrides,
         };
         let made = packer.append(scene, scene.sealed_len());
         packer.repack_surfaces(scene, made);
@@ -135,10 +143,10 @@ impl Packer {
         }
 
         self.repack_surfaces(scene, made);
-        if let Some(view) = view(scene, self.size) {
+        if let Some(view) = view(scene, &self.overrides) {
             self.columns.view = view;
         }
-        self.columns.model = Model::from(scene.settings());
+        self.columns.model = model(scene, &self.overrides);
         self.columns.samples = scene.image().samples;
         changes.compare_settings(&before, &Settings::of(&self.columns));
         old_tail.compare(&self.columns, &self.base, &was, &self.lengths(), &mut changes);
@@ -250,7 +258,7 @@ impl Packer {
         let g = &mut c.geometry;
         let mut frame = (DVec3::ZERO, DVec3::Y);
         if let Some(mesh) = scene.get::<Mesh>(key) {
-            let moved = c.surfaces.mesh[i].as_ref().is_none_or(|old| **old != mesh);
+            let moved = c.surfaces.mesh[i].as_ref().is_none_or(|old| !same_placement(old, &mesh));
             if moved || g.bounds[range.start..].first().is_none_or(Aabb::is_empty) {
                 g.set_mesh(range.start, &mesh);
             }
@@ -333,10 +341,16 @@ impl Tail {
     }
 }
 
-fn view(scene: &Scene, size: Option<[u32; 2]>) -> Option<View> {
+fn model(scene: &Scene, overrides: &Overrides) -> Model {
+    let mut model = Model::from(scene.settings());
+    model.max_bounces = model.max_bounces.min(overrides.max_bounces.unwrap_or(u32::MAX));
+    model
+}
+
+fn view(scene: &Scene, overrides: &Overrides) -> Option<View> {
     let camera = scene.get::<Camera>(scene.singletons.camera?)?;
     let image = scene.image();
-    Some(View::new(&camera, size.unwrap_or([image.width, image.height])))
+    Some(View::new(&camera, overrides.size.unwrap_or([image.width, image.height])))
 }
 
 fn light(scene: &Scene, key: Key) -> Option<(crate::lights::LightPlace, [f32; 3])> {
@@ -356,6 +370,13 @@ fn shape_kind(scene: &Scene, key: Key) -> ShapeKind {
     } else {
         ShapeKind::Triangle
     }
+}
+
+/// Whether two meshes are the same triangles in the same place. The triangles are compared by their
+/// address: files are read once.
+fn same_placement(a: &Mesh, b: &Mesh) -> bool {
+    let place = |m: &Mesh| (m.scale.to_bits(), m.rotate, m.translate);
+    Arc::ptr_eq(&a.data, &b.data) && place(a) == place(b)
 }
 
 fn f32s(v: DVec3) -> [f32; 3] {
