@@ -41,7 +41,10 @@ impl Camera {
                     return Err(Fault::new("look_at", "must not equal `eye`"));
                 }
                 if parallel(look_at - eye, up) {
-                    return Err(Fault::new("up", "must not be along the view from `eye` to `look_at`"));
+                    return Err(Fault::new(
+                        "up",
+                        "must not be along the view from `eye` to `look_at`",
+                    ));
                 }
                 Ok(())
             }
@@ -50,7 +53,10 @@ impl Camera {
                 positive("window", window[0])?;
                 positive("window", window[1])?;
                 if !(viewpoint.z as f32).is_normal() {
-                    return Err(Fault::new("viewpoint", "must not lie in the window's plane z = 0"));
+                    return Err(Fault::new(
+                        "viewpoint",
+                        "must not lie in the window's plane z = 0",
+                    ));
                 }
                 Ok(())
             }

@@ -40,6 +40,19 @@ pub(crate) trait Sealed: Sized {
 pub trait Noun: hecs::Component + Clone + Sealed {}
 
 nouns!(
-    Sphere, Plane, Quad, Triangle, Mesh, Surface, Material, Checker, PointLight, Spotlight, Camera,
-    Image, Settings, Animation, RandomStream,
+    Sphere,
+    Plane,
+    Quad,
+    Triangle,
+    Mesh,
+    Surface,
+    Material,
+    Checker,
+    PointLight,
+    Spotlight,
+    Camera,
+    Image,
+    Settings,
+    Animation,
+    RandomStream,
 );

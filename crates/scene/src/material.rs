@@ -1,6 +1,6 @@
 //! Reflectivities, and which surface wears what. Colours are linear, red, green, blue.
 
-use crate::fault::{Fault, direction, finite, positive};
+use crate::fault::{Fault, direction, finite, parallel, positive};
 use crate::key::Key;
 use glam::DVec3;
 
@@ -17,11 +17,8 @@ pub struct Material {
 
 impl Material {
     /// What a surface wears that was given no material: a grey matt one.
-    pub const GREY_MATT: Material = Material {
-        ambient: DVec3::splat(0.05),
-        diffuse: DVec3::splat(0.6),
-        specular: DVec3::ZERO,
-    };
+    pub const GREY_MATT: Material =
+        Material { ambient: DVec3::splat(0.05), diffuse: DVec3::splat(0.6), specular: DVec3::ZERO };
 
     /// Whether this is a material that can be rendered.
     pub fn check(&self) -> Result<(), Fault> {
@@ -50,6 +47,14 @@ impl Checker {
         positive("size", self.size[0])?;
         positive("size", self.size[1])?;
         direction("xdir", self.xdir)
+    }
+
+    /// Whether it can be worn by a flat surface with this normal (of any length but zero).
+    pub fn check_on(&self, normal: DVec3) -> Result<(), Fault> {
+        if parallel(self.xdir, normal) {
+            return Err(Fault::new("xdir", "must not be along the normal of the surface"));
+        }
+        Ok(())
     }
 }
 

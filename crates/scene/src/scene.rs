@@ -68,9 +68,7 @@ impl Scene {
 
     /// Whether the entity has a component `C`.
     pub fn has<C: Noun>(&self, key: Key) -> bool {
-        self.entities
-            .get(key.index())
-            .is_some_and(|e| self.world.satisfies::<&C>(*e))
+        self.entities.get(key.index()).is_some_and(|e| self.world.satisfies::<&C>(*e))
     }
 
     /// Writes the component `C` of an entity that has one; `false` if it has none.
@@ -127,8 +125,7 @@ impl Scene {
     /// ascending, each once.
     pub fn touched(&self) -> Vec<Key> {
         let base = self.sealed_len();
-        let mut keys: Vec<Key> =
-            self.journal.iter().map(Old::key).filter(|k| k.0 < base).collect();
+        let mut keys: Vec<Key> = self.journal.iter().map(Old::key).filter(|k| k.0 < base).collect();
         keys.sort_unstable();
         keys.dedup();
         keys

@@ -90,7 +90,10 @@ impl Triangle {
         finite("c", &self.c.to_array())?;
         let (u, v) = (self.b - self.a, self.c - self.a);
         if parallel(u, v) || !((u.length() as f32).is_normal() && (v.length() as f32).is_normal()) {
-            return Err(Fault::new("c", "must not lie on the line through `a` and `b`: a triangle needs an area"));
+            return Err(Fault::new(
+                "c",
+                "must not lie on the line through `a` and `b`: a triangle needs an area",
+            ));
         }
         Ok(())
     }

@@ -1,0 +1,114 @@
+//! The Rhai engine: what of it scripts can reach, and its limits.
+
+use crate::state::Shared;
+use crate::{guard, handle, helpers, maths, params, random, state, time, trouble, vec3};
+use rhai::packages::{
+    ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage,
+    BasicMathPackage, BasicStringPackage, LogicPackage, MoreStringPackage, Package,
+};
+use rhai::{AST, Dynamic, Engine, FnPtr, Module, OptimizationLevel, Position, Scope, Token};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// How deep calls may nest: about 10 KB of stack each.
+pub(crate) const CALL_LEVELS: usize = 256;
+/// How deep expressions may nest.
+const EXPRESSION_DEPTH: usize = 128;
+
+/// Counts operations across all the clones that Rhai makes of its own count.
+#[derive(Debug, Default)]
+pub(crate) struct Meter {
+    pub operations: AtomicU64,
+    /// Set from outside when the script holds too much memory.
+    pub too_large: AtomicBool,
+}
+
+/// Where `print` and `debug` go: the text and its line.
+pub(crate) type Printer = Arc<dyn Fn(&str, usize) + Send + Sync>;
+
+/// Builds the engine around a state.
+#[allow(deprecated)] // The token mapper is "volatile", says Rhai; its version is pinned.
+pub(crate) fn build(state: &Shared, meter: &Arc<Meter>, max: u64, print: Printer) -> Engine {
+    let mut engine = Engine::new_raw();
+    // LanguageCore (sleep, exit), BasicTime, BasicBlob and BitField stay out.
+    ArithmeticPackage::new().register_into_engine(&mut engine);
+    LogicPackage::new().register_into_engine(&mut engine);
+    BasicStringPackage::new().register_into_engine(&mut engine);
+    MoreStringPackage::new().register_into_engine(&mut engine);
+    BasicIteratorPackage::new().register_into_engine(&mut engine);
+    BasicArrayPackage::new().register_into_engine(&mut engine);
+    BasicMapPackage::new().register_into_engine(&mut engine);
+    BasicFnPackage::new().register_into_engine(&mut engine);
+    BasicMathPackage::new().register_into_engine(&mut engine);
+    for symbol in ["eval", "curry", "import", "export"] {
+        engine.disable_symbol(symbol);
+    }
+    // The optimiser folds maps into constants, which lose the positions of their keys, and
+    // operators with the platform's `pow`; fast operators would pass by ours.
+    engine.set_optimization_level(OptimizationLevel::None);
+    engine.set_fast_operators(false);
+    engine.set_strict_variables(true);
+    engine.set_max_call_levels(CALL_LEVELS);
+    engine.set_max_expr_depths(EXPRESSION_DEPTH, EXPRESSION_DEPTH);
+    engine.set_max_operations(0);
+    let metered = meter.clone();
+    engine.on_progress(move |_| {
+        let done = metered.operations.load(Ordering::Relaxed) + 1;
+        // One thread runs the script: a plain store is enough, and cheaper than an add.
+        metered.operations.store(done, Ordering::Relaxed);
+        if done > max {
+            return Some(guard::too_many_operations(max));
+        }
+        metered.too_large.load(Ordering::Relaxed).then(guard::too_much_memory)
+    });
+    engine.on_parse_token(|token, _, _| match token {
+        Token::Identifier(name) if *name == "TAU" => {
+            Token::FloatConstant(Box::new((std::f64::consts::TAU.into(), "TAU".into())))
+        }
+        Token::Identifier(name) if *name == "PI" => {
+            Token::FloatConstant(Box::new((std::f64::consts::PI.into(), "PI".into())))
+        }
+        other => other,
+    });
+    engine.on_print(|_| {});
+    engine.on_debug(|_, _, _| {});
+    guard::register(&mut engine, print);
+    trouble::register(&mut engine);
+    vec3::register(&mut engine);
+    handle::register(&mut engine, state);
+    state::register(&mut engine, state);
+    maths::register(&mut engine);
+    helpers::register(&mut engine);
+    random::register(&mut engine, state);
+    params::register(&mut engine, state);
+    time::register(&mut engine, state);
+    let mut values = Module::new();
+    for &(name, _) in helpers::EASINGS {
+        if let Ok(function) = FnPtr::new(name) {
+            values.set_var(name, function);
+        }
+    }
+    engine.register_global_module(values.into());
+    engine
+}
+
+/// What a script sees before its first line: the easing functions as values.
+pub(crate) fn scope() -> Scope<'static> {
+    let mut scope = Scope::new();
+    for &(name, _) in helpers::EASINGS {
+        if let Ok(function) = FnPtr::new(name) {
+            scope.push_constant_dynamic(name, Dynamic::from(function));
+        }
+    }
+    scope
+}
+
+/// The place of an error that Rhai reports, if it has one.
+pub(crate) fn known(place: Position) -> Option<Position> {
+    (!place.is_none()).then_some(place)
+}
+
+/// Compiles a script.
+pub(crate) fn compile(engine: &Engine, text: &str) -> Result<AST, rhai::ParseError> {
+    engine.compile_with_scope(&scope(), text)
+}

@@ -1,0 +1,375 @@
+//! From a Rhai error to its message and its place in the script.
+//!
+//! The tree is compiled without optimisation, so that map literals still stand in it with the
+//! positions of their keys.
+
+use crate::engine::known;
+use crate::error::{ErrorKind, Note, Place, ScriptError, place};
+use crate::trouble::{Blame, Trouble};
+use crate::{names, reference};
+use rhai::{AST, ASTNode, EvalAltResult, Expr, ParseErrorType, Position, Stmt};
+use std::path::Path;
+
+/// What is needed to find places.
+#[derive(Clone, Copy)]
+pub(crate) struct Script<'a> {
+    pub path: &'a Path,
+    pub text: &'a str,
+    pub ast: Option<&'a AST>,
+}
+
+impl Script<'_> {
+    /// An error at a position.
+    pub fn error(&self, kind: ErrorKind, message: String, at: Position) -> ScriptError {
+        ScriptError {
+            kind,
+            message,
+            path: self.path.into(),
+            place: place(self.text, at),
+            notes: Vec::new(),
+            frame: None,
+        }
+    }
+
+    /// What is wrong with the script's grammar.
+    pub fn parse_error(&self, error: &rhai::ParseError) -> ScriptError {
+        self.error(ErrorKind::Script, parse_message(error.err_type(), self.text), error.position())
+    }
+
+    /// Our own trouble, at the place that it names or at `call`.
+    pub fn trouble(&self, trouble: &Trouble, call: Position) -> ScriptError {
+        let kind = match trouble.blame {
+            Blame::Script => ErrorKind::Script,
+            Blame::Set => ErrorKind::Set,
+            Blame::File => ErrorKind::Input,
+        };
+        let call = known(trouble.place).unwrap_or(call);
+        let at = self.ast.and_then(|ast| key_place(ast, call, trouble)).unwrap_or(call);
+        self.error(kind, trouble.message.clone(), at)
+    }
+
+    /// A run-time error, with all the places on the way to it.
+    pub fn run_error(&self, error: &EvalAltResult) -> ScriptError {
+        let mut calls: Vec<(String, Position)> = Vec::new();
+        let mut inner = error;
+        while let EvalAltResult::ErrorInFunctionCall(name, _, next, at) = inner {
+            calls.push((name.clone(), *at));
+            inner = next;
+        }
+        // Some errors ("data race") have no position: the nearest call has.
+        let call = calls.last().map_or(Position::NONE, |c| c.1);
+        let at = known(inner.position()).unwrap_or(call);
+        let mut made = match inner {
+            EvalAltResult::ErrorRuntime(value, _) | EvalAltResult::ErrorTerminated(value, _) => {
+                match value.read_lock::<Trouble>() {
+                    Some(trouble) => self.trouble(&trouble, at),
+                    None => {
+                        let said = crate::guard::text(value).unwrap_or_default();
+                        let said =
+                            if said.is_empty() { "the script threw an error".into() } else { said };
+                        self.error(ErrorKind::Script, said, at)
+                    }
+                }
+            }
+            EvalAltResult::ErrorParsing(kind, _) => {
+                self.error(ErrorKind::Script, parse_message(kind, self.text), at)
+            }
+            other => self.error(ErrorKind::Script, run_message(other, self.text), at),
+        };
+        let anonymous = |name: &str| name.starts_with("anon$");
+        // The innermost call is where the failing function was called; a deep recursion shows both
+        // of its ends.
+        let mut notes: Vec<&(String, Position)> = calls.iter().rev().collect();
+        if notes.len() > 4 {
+            notes.drain(2..notes.len() - 1);
+        }
+        for (name, at) in notes {
+            let Some(where_) = place(self.text, *at) else { continue };
+            let message = if anonymous(name) {
+                "in the function that was passed here".to_owned()
+            } else {
+                format!("`{name}` was called here")
+            };
+            if made.place.as_ref().is_some_and(|p: &Place| p == &where_) {
+                continue;
+            }
+            made.notes.push(Note { message, place: where_ });
+        }
+        made
+    }
+}
+
+/// The place of the culprit in the map literal of the call or assignment at `call`.
+fn key_place(ast: &AST, call: Position, trouble: &Trouble) -> Option<Position> {
+    if trouble.path.is_empty() && trouble.unknown.is_none() {
+        return None;
+    }
+    let mut found = None;
+    ast.walk(&mut |path: &[ASTNode]| {
+        match path.last() {
+            Some(ASTNode::Expr(Expr::FnCall(x, at)) | ASTNode::Stmt(Stmt::FnCall(x, at)))
+                if *at == call =>
+            {
+                let steps: Vec<&str> = trouble.path.iter().copied().collect();
+                if let Some(map) = x.args.first() {
+                    found = in_map(map, &steps, trouble.unknown.as_deref());
+                }
+            }
+            Some(ASTNode::Expr(Expr::Property(_, at))) if *at == call => {
+                // `ball.material = #{...}`: the first step is the property itself.
+                let right = path.iter().rev().find_map(|node| match node {
+                    ASTNode::Stmt(Stmt::Assignment(x)) => Some(&x.1.rhs),
+                    _ => None,
+                });
+                if let (Some(right), Some((_, steps))) = (right, trouble.path.split_first()) {
+                    found = in_map(right, steps, trouble.unknown.as_deref());
+                }
+            }
+            _ => {}
+        }
+        found.is_none()
+    });
+    found
+}
+
+/// Follows keys into nested map literals, as far as they are literals.
+fn in_map(map: &Expr, steps: &[&str], unknown: Option<&str>) -> Option<Position> {
+    let Expr::Map(literal, _) = map else { return None };
+    let (step, rest) = match steps.split_first() {
+        Some((step, rest)) => (*step, rest),
+        None => (unknown?, [].as_slice()),
+    };
+    let (name, value) = literal.0.iter().find(|(name, _)| name.name == step)?;
+    if steps.is_empty() || (rest.is_empty() && unknown.is_none()) {
+        return Some(name.pos);
+    }
+    in_map(value, rest, unknown).or(Some(name.pos))
+}
+
+/// Where a variable of the script itself was defined last.
+pub(crate) fn definition(ast: &AST, name: &str) -> Position {
+    let mut found = Position::NONE;
+    for stmt in ast.statements() {
+        if let Stmt::Var(x, _, at) = stmt
+            && x.0.name == name
+        {
+            found = *at;
+        }
+    }
+    found
+}
+
+/// Every capture of a `for` variable by a closure: its name and place.
+pub(crate) fn captured_loop_variable(ast: &AST) -> Option<(String, Position)> {
+    let mut found = None;
+    ast.walk(&mut |path: &[ASTNode]| {
+        let Some(ASTNode::Stmt(Stmt::Share(shared))) = path.last() else { return true };
+        for (variable, _) in shared.iter() {
+            if of_loop(path, &variable.name) {
+                found = Some((variable.name.to_string(), variable.pos));
+                return false;
+            }
+        }
+        true
+    });
+    found
+}
+
+/// Whether a name means a `for` variable at the end of a path: from the inside out, whichever of a
+/// `let` before it and a loop's head comes first.
+fn of_loop(path: &[ASTNode], name: &str) -> bool {
+    let mut child: Option<Position> = None;
+    for node in path.iter().rev() {
+        if let ASTNode::Stmt(stmt) = node {
+            let bodies: Vec<&[Stmt]> = match stmt {
+                Stmt::For(x, _) => vec![x.2.body.statements()],
+                Stmt::Block(block) => vec![block.statements()],
+                Stmt::If(x, _) | Stmt::While(x, _) | Stmt::Do(x, _, _) => {
+                    vec![x.body.statements(), x.branch.statements()]
+                }
+                Stmt::TryCatch(x, _) => vec![x.body.statements(), x.branch.statements()],
+                _ => Vec::new(),
+            };
+            let defined = bodies.iter().flat_map(|body| body.iter()).any(|s| match s {
+                Stmt::Var(x, _, at) => x.0.name == name && before(*at, child),
+                _ => false,
+            });
+            if defined {
+                return false;
+            }
+            if let Stmt::For(x, _) = stmt
+                && (x.0.name == name || x.1.as_ref().is_some_and(|second| second.name == name))
+                // The loop's own range is outside of it.
+                && child.is_some_and(|at| x.2.body.statements().iter().any(|s| s.position() == at))
+            {
+                return true;
+            }
+            child = Some(stmt.position());
+        } else if let ASTNode::Expr(Expr::Stmt(block)) = node {
+            let defined = block.iter().any(|s| match s {
+                Stmt::Var(x, _, at) => x.0.name == name && before(*at, child),
+                _ => false,
+            });
+            if defined {
+                return false;
+            }
+        }
+    }
+    false
+}
+
+fn before(a: Position, b: Option<Position>) -> bool {
+    let key = |p: Position| (p.line(), p.position());
+    b.is_none_or(|b| key(a) < key(b))
+}
+
+/// What a `fn` sees.
+const FN_SEES: &str =
+    "a `fn` sees its parameters, the makers, helpers, TAU, PI and global::NAME constants only";
+
+/// A grammar error in words.
+fn parse_message(kind: &ParseErrorType, text: &str) -> String {
+    match kind {
+        ParseErrorType::VariableUndefined(name) => unknown_variable(name, text),
+        ParseErrorType::Reserved(name)
+            if ["eval", "curry", "import", "export"].contains(&&**name) =>
+        {
+            format!("`{name}` is not part of scene scripts")
+        }
+        ParseErrorType::ExprTooDeep => "the expression nests too deep: split it with `let`".into(),
+        other => lower(&other.to_string()),
+    }
+}
+
+fn unknown_variable(name: &str, text: &str) -> String {
+    let defined = |word: &str| {
+        text.match_indices(&format!("{word} {name}")).any(|(i, hit)| {
+            !text[i + hit.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_')
+        })
+    };
+    if defined("let") || defined("const") {
+        let constant =
+            if defined("const") { format!("; write global::{name} there") } else { String::new() };
+        return format!(
+            "`{name}` is not known here: a variable is known after its `let` and in its block, and {FN_SEES}{constant}"
+        );
+    }
+    let mut words: Vec<&str> = text
+        .split(|c: char| !(c.is_alphanumeric() || c == '_'))
+        .collect::<Vec<_>>()
+        .windows(2)
+        .filter(|w| w[0] == "let" || w[0] == "const")
+        .map(|w| w[1])
+        .collect();
+    words.extend(["TAU", "PI"]);
+    let functions = reference::function_names();
+    if functions.contains(&name) {
+        return format!("`{name}` is a function: call it with ( )");
+    }
+    words.extend(functions);
+    format!("`{name}` is not known{}", names::did_you_mean(name, words.into_iter()))
+}
+
+/// A run-time error of Rhai's own in words.
+fn run_message(error: &EvalAltResult, text: &str) -> String {
+    match error {
+        EvalAltResult::ErrorVariableNotFound(name, _) => unknown_variable(name, text),
+        EvalAltResult::ErrorFunctionNotFound(signature, _) => unknown_function(signature, text),
+        EvalAltResult::ErrorStackOverflow(_) => format!(
+            "calls nest deeper than {}: a recursion without an end?",
+            crate::engine::CALL_LEVELS
+        ),
+        EvalAltResult::ErrorAssignmentToConstant(name, _) => {
+            format!("`{name}` is a constant and cannot be written")
+        }
+        EvalAltResult::ErrorDataRace(_, _) => {
+            "a variable is read while the same statement writes it: take a copy with `let` first"
+                .into()
+        }
+        EvalAltResult::ErrorUnboundThis(_) => {
+            "`this` is known only in a function that is called as a method".into()
+        }
+        EvalAltResult::ErrorFor(_) => {
+            "`for` takes a range such as 0..10, an array, a map or a string".into()
+        }
+        EvalAltResult::ErrorMismatchDataType(wanted, got, _) if !wanted.is_empty() => {
+            format!("expected {}, got {}", type_words(wanted), type_words(got))
+        }
+        other => {
+            // Rhai ends its text with the position, which stands in front of ours.
+            let said = other.to_string();
+            let cut = said.rfind(" (line ").unwrap_or(said.len());
+            lower(&said[..cut])
+        }
+    }
+}
+
+/// `sphere (i64)` in words.
+fn unknown_function(signature: &str, text: &str) -> String {
+    let (name, types) = signature.split_once(" (").unwrap_or((signature, ""));
+    let types = types.trim_end_matches(')');
+    let words: Vec<String> = types
+        .split(", ")
+        .filter(|t| !t.is_empty())
+        .map(|t| type_words(t.trim_start_matches("&mut ")))
+        .collect();
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    if !name.starts_with(|c: char| c.is_alphabetic() || c == '_') {
+        return match words.as_slice() {
+            [a, b] => format!("`{name}` does not go between {a} and {b}"),
+            _ => format!("`{name}` does not go with {}", names::listed(&words)),
+        };
+    }
+    let given = if words.is_empty() { "nothing".into() } else { names::listed(&words) };
+    if let Some(usage) = reference::usage(name) {
+        return format!("`{name}` is called as {usage}, got {given}");
+    }
+    let mut known = reference::function_names();
+    let own: Vec<&str> = text
+        .split("fn ")
+        .skip(1)
+        .filter_map(|rest| rest.split('(').next())
+        .map(str::trim)
+        .filter(|own| own.chars().all(|c| c.is_alphanumeric() || c == '_'))
+        .collect();
+    if own.contains(&name) {
+        return format!("the function `{name}` does not take {given}: count its parameters");
+    }
+    known.extend(own);
+    if ["eval", "sleep", "timestamp", "exit", "open_file", "import"].contains(&name) {
+        return format!("`{name}` is not part of scene scripts");
+    }
+    format!(
+        "there is no function `{name}` that takes {given}{}",
+        names::did_you_mean(name, known.into_iter())
+    )
+}
+
+/// Rhai's names of types in words.
+fn type_words(name: &str) -> String {
+    match name {
+        "i64" => "a whole number",
+        "f64" => "a float",
+        "string" | "&str | ImmutableString | String" => "a string",
+        "char" => "a character",
+        "bool" => "true or false",
+        "array" => "an array",
+        "map" => "a map",
+        "Fn" => "a function",
+        "()" => "nothing, ()",
+        "vec3" => "a vec3",
+        "handle" => "a handle",
+        "random" => "a random stream",
+        "frame" => "a frame",
+        other => return other.to_owned(),
+    }
+    .to_owned()
+}
+
+fn lower(said: &str) -> String {
+    let mut chars = said.chars();
+    match chars.next() {
+        Some(first) => first.to_lowercase().chain(chars).collect(),
+        None => String::new(),
+    }
+}

@@ -1,0 +1,190 @@
+//! From a script's map to the values of a form.
+
+use crate::handle::Handle;
+use crate::names;
+use crate::nouns::{FORMS, MATERIAL};
+use crate::state::State;
+use crate::table::{AnyForm, KeyInfo, Kind, Role, Takes, Value};
+use crate::trouble::{Blame, Trouble};
+use crate::value::{colour, describe, number, vector};
+use glam::DVec3;
+use reflet_scene::Key;
+use rhai::{Dynamic, Map, Position};
+
+/// The form of a maker that a map is meant for: the one that knows most of its keys.
+pub(crate) fn choose(maker: &'static str, map: &Map) -> Result<&'static dyn AnyForm, Trouble> {
+    let known = |form: &&dyn AnyForm| map.keys().filter(|k| form.find(k).is_some()).count();
+    let mut best: Option<&'static dyn AnyForm> = None;
+    for form in FORMS.iter().filter(|f| f.maker() == maker) {
+        if best.is_none_or(|b| known(form) > known(&b)) {
+            best = Some(*form);
+        }
+    }
+    best.ok_or_else(|| Trouble::new(format!("there is no maker `{maker}`")))
+}
+
+/// All values of a form that a map gives, each fit for its key.
+pub(crate) fn values(
+    state: &mut State,
+    form: &'static dyn AnyForm,
+    map: &Map,
+    call: Position,
+) -> Result<Vec<(usize, Value)>, Trouble> {
+    let mut values = Vec::with_capacity(map.len());
+    for (name, given) in map {
+        let Some((at, info)) = form.find(name) else {
+            return Err(unknown_key(form, name));
+        };
+        values.push((at, value(state, Kind(form), info, given, call)?));
+    }
+    if let Some(missing) =
+        form.keys().iter().find(|info| info.default.is_none() && !map.contains_key(info.name))
+    {
+        return Err(Trouble::new(format!(
+            "`{}` needs the key `{}`, {}",
+            form.maker(),
+            missing.name,
+            missing.takes.words()
+        )));
+    }
+    Ok(values)
+}
+
+fn unknown_key(form: &'static dyn AnyForm, name: &str) -> Trouble {
+    let keys = form.keys();
+    let known: Vec<&str> = keys.iter().map(|k| k.name).collect();
+    let other = FORMS.iter().find(|f| {
+        f.maker() == form.maker() && !std::ptr::addr_eq(**f, form) && f.find(name).is_some()
+    });
+    let message = match other {
+        Some(other) => {
+            let theirs: Vec<&str> = other.keys().iter().map(|k| k.name).collect();
+            format!(
+                "`{name}` does not go with `{}`: a {} takes {}, or {}",
+                known.first().unwrap_or(&""),
+                form.maker(),
+                names::listed(&known),
+                names::listed(&theirs)
+            )
+        }
+        None => format!(
+            "`{}` has no key `{name}`{}; it takes {}",
+            form.maker(),
+            names::did_you_mean(name, known.iter().copied()),
+            names::listed(&known)
+        ),
+    };
+    Trouble { unknown: Some(name.to_owned()), ..Trouble::new(message) }
+}
+
+/// One value, fit for its key.
+pub(crate) fn value(
+    state: &mut State,
+    kind: Kind,
+    info: &'static KeyInfo,
+    given: &Dynamic,
+    call: Position,
+) -> Result<Value, Trouble> {
+    if let Takes::Wear | Takes::Paint = info.takes {
+        return paint(state, kind, info, given, call);
+    }
+    if let Takes::File = info.takes
+        && let Ok(file) = given.as_immutable_string_ref()
+    {
+        let data = state.assets.mesh(&file).map_err(|error| Trouble {
+            blame: Blame::File,
+            ..Trouble::with_key(info.name, error.to_string())
+        })?;
+        state.note_file(&data, &file);
+        return Ok(Value::Mesh(data));
+    }
+    plain(info.takes, given).ok_or_else(|| refused(info, given))
+}
+
+fn refused(info: &'static KeyInfo, given: &Dynamic) -> Trouble {
+    Trouble::with_key(
+        info.name,
+        format!("`{}` takes {}, got {}", info.name, info.takes.words(), describe(given)),
+    )
+}
+
+/// The value, if it is one that `takes` allows, also after rounding to `f32`.
+fn plain(takes: Takes, given: &Dynamic) -> Option<Value> {
+    let finite = |x: f64| (x as f32).is_finite();
+    let positive = |x: f64| finite(x) && (x as f32) > 0.0;
+    let all_finite = |v: &DVec3| v.to_array().into_iter().all(finite);
+    match takes {
+        Takes::Point | Takes::Angles => vector(given).filter(all_finite).map(Value::Vector),
+        Takes::Direction => vector(given)
+            .filter(|v| all_finite(v) && (v.length() as f32).is_normal())
+            .map(Value::Vector),
+        Takes::Colour => colour(given).filter(all_finite).map(Value::Vector),
+        Takes::Factor => number(given).filter(|x| (*x as f32).is_normal()).map(Value::Number),
+        Takes::Positive => number(given).filter(|x| positive(*x)).map(Value::Number),
+        Takes::NotNegative => number(given).filter(|x| finite(*x) && *x >= 0.0).map(Value::Number),
+        Takes::Degrees(below) => {
+            number(given).filter(|x| positive(*x) && *x < below).map(Value::Number)
+        }
+        Takes::Whole(low, high) => {
+            // 640.0 is a whole number too; 640.5 is not.
+            let whole = match given.as_int() {
+                Ok(i) => i,
+                Err(_) => given.as_float().ok().filter(|x| x.fract() == 0.0)? as i64,
+            };
+            u32::try_from(whole).ok().filter(|n| (low..=high).contains(n)).map(Value::Whole)
+        }
+        Takes::Sizes => {
+            let array = given.as_array_ref().ok()?;
+            let [x, y] = array.as_slice() else { return None };
+            let (x, y) = (number(x)?, number(y)?);
+            (positive(x) && positive(y)).then_some(Value::Pair([x, y]))
+        }
+        Takes::Word(words) => {
+            let text = given.as_immutable_string_ref().ok()?;
+            words.iter().position(|w| *w == text.as_str()).map(Value::Word)
+        }
+        Takes::Flag => given.as_bool().ok().map(Value::Flag),
+        Takes::Wear | Takes::Paint | Takes::File => None,
+    }
+}
+
+/// A material or a checker, by its handle, or a new material from a map.
+fn paint(
+    state: &mut State,
+    kind: Kind,
+    info: &'static KeyInfo,
+    given: &Dynamic,
+    call: Position,
+) -> Result<Value, Trouble> {
+    if let Some(handle) = given.read_lock::<Handle>().map(|h| *h) {
+        state.alive(handle.key, handle.epoch, &handle.kind.with_article()).map_err(gone)?;
+        return match (handle.kind.0.role(), info.takes) {
+            (Role::Material, _) => Ok(Value::Wear(Some(handle.key))),
+            (Role::Checker, Takes::Wear) if kind.0.flat() => Ok(Value::Wear(Some(handle.key))),
+            (Role::Checker, Takes::Wear) => Err(Trouble::with_key(
+                info.name,
+                format!(
+                    "{} cannot wear a checker, which needs a flat surface: plane, quad or triangle",
+                    kind.with_article()
+                ),
+            )),
+            _ => Err(refused(info, given)),
+        };
+    }
+    if let Ok(map) = given.as_map_ref() {
+        let key: Key =
+            state.make_form(&MATERIAL, &map, call).map_err(|trouble| trouble.inside(info.name))?;
+        return Ok(Value::Wear(Some(key)));
+    }
+    Err(refused(info, given))
+}
+
+/// The trouble inside a Rhai error that we made ourselves.
+fn gone(error: Box<rhai::EvalAltResult>) -> Trouble {
+    match *error {
+        rhai::EvalAltResult::ErrorRuntime(value, _) => value
+            .try_cast::<Trouble>()
+            .unwrap_or_else(|| Trouble::new("this handle is of an earlier frame")),
+        other => Trouble::new(other.to_string()),
+    }
+}

@@ -1,0 +1,157 @@
+//! What the language has, as data: the manual is held against it.
+
+use crate::nouns::FORMS;
+use crate::{maths, time};
+
+/// One maker, or one of its forms.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MakerEntry {
+    /// Its name, for example `sphere`.
+    pub name: &'static str,
+    /// What it makes.
+    pub doc: &'static str,
+    /// Its keys, which are its handle's properties.
+    pub keys: Vec<KeyEntry>,
+}
+
+/// One key of a maker.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyEntry {
+    /// Its name, for example `radius`.
+    pub name: &'static str,
+    /// What it takes, in words.
+    pub takes: String,
+    /// What it is if it is not given; `None`: it must be given.
+    pub default: Option<&'static str>,
+    /// What it is.
+    pub doc: &'static str,
+}
+
+/// One helper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HelperEntry {
+    /// Its name.
+    pub name: &'static str,
+    /// How it is called, for example `lerp(a, b, t)`.
+    pub usage: &'static str,
+    /// What it gives.
+    pub doc: &'static str,
+}
+
+/// The language: every maker with its keys, and every helper.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// The makers, in the order of the manual.
+    pub makers: Vec<MakerEntry>,
+    /// The helpers, in the order of the manual.
+    pub helpers: Vec<HelperEntry>,
+    /// The properties of a frame function's argument, with what they are.
+    pub frame: &'static [(&'static str, &'static str)],
+}
+
+/// The language as it stands.
+pub fn reference() -> Reference {
+    let makers = FORMS
+        .iter()
+        .map(|form| MakerEntry {
+            name: form.maker(),
+            doc: form.doc(),
+            keys: form
+                .keys()
+                .iter()
+                .map(|key| KeyEntry {
+                    name: key.name,
+                    takes: key.takes.words(),
+                    default: key.default,
+                    doc: key.doc,
+                })
+                .collect(),
+        })
+        .collect();
+    Reference { makers, helpers: HELPERS.to_vec(), frame: time::PROPERTIES }
+}
+
+const fn helper(name: &'static str, usage: &'static str, doc: &'static str) -> HelperEntry {
+    HelperEntry { name, usage, doc }
+}
+
+/// The helpers with their usage.
+pub(crate) const HELPERS: &[HelperEntry] = &[
+    helper("on_frame", "on_frame(|f| { ... })", "calls the function for every frame"),
+    helper(
+        "param",
+        "param(\"name\", default, low, high)",
+        "a number that `--set name=value` changes",
+    ),
+    helper("vec3", "vec3(x, y, z)", "a vector or colour; vec3(v) of an array or one number"),
+    helper("length", "length(v)", "the length of a vector"),
+    helper("normalize", "normalize(v)", "the vector of length 1"),
+    helper("dot", "dot(a, b)", "the scalar product"),
+    helper("cross", "cross(a, b)", "the vector product"),
+    helper(
+        "rotate",
+        "rotate(v, axis, degrees)",
+        "the vector turned, counter-clockwise seen from the axis' tip",
+    ),
+    helper("lerp", "lerp(a, b, t)", "a at t = 0, b at t = 1, numbers or vectors"),
+    helper("clamp", "clamp(x, low, high)", "x, or the bound that it passes"),
+    helper("smoothstep", "smoothstep(e0, e1, x)", "0 below e0, 1 above e1, smooth between"),
+    helper("ease_in", "ease_in(t)", "t^3"),
+    helper("ease_out", "ease_out(t)", "1 - (1 - t)^3"),
+    helper("ease_in_out", "ease_in_out(t)", "ease_in, then ease_out"),
+    helper(
+        "keys",
+        "keys([[time, value], ...], t) or keys(list, t, easing)",
+        "the value at t, linear between the times, held outside",
+    ),
+    helper("hsv", "hsv(degrees, s, v)", "linear colour of hue, saturation and value"),
+    helper("srgb", "srgb(\"#ff8800\")", "linear colour of a web colour"),
+    helper("rgb", "rgb(r, g, b)", "linear colour of sRGB numbers from 0 to 255"),
+    helper("random", "random(seed)", "a stream of numbers, shared by its copies"),
+    helper("float", "r.float()", "the stream's next float in [0, 1)"),
+    helper("range", "r.range(a, b)", "the stream's next float in [a, b)"),
+    helper("pick", "r.pick(array)", "one of the array's values"),
+    helper("int", "int(x) or r.int(a, b)", "x cut to a whole number; of a stream, one in a..b-1"),
+    helper("div", "div(a, b)", "whole division, towards zero"),
+    helper("pow", "pow(x, y)", "x to the power y, as x ** y"),
+    helper("print", "print(x)", "writes to stderr, with the script's line"),
+    helper("debug", "debug(x)", "as print"),
+];
+
+/// How a maker or a helper is called.
+pub(crate) fn usage(name: &str) -> Option<String> {
+    if let Some(helper) = HELPERS.iter().find(|h| h.name == name) {
+        return Some(helper.usage.to_owned());
+    }
+    let forms: Vec<String> = FORMS
+        .iter()
+        .filter(|form| form.maker() == name)
+        .map(|form| {
+            let keys = form.keys();
+            let mut needed: Vec<String> = keys
+                .iter()
+                .filter(|k| k.default.is_none())
+                .map(|k| format!("{}: ...", k.name))
+                .collect();
+            if needed.len() < keys.len() {
+                needed.push("...".into());
+            }
+            format!("{name}(#{{ {} }})", needed.join(", "))
+        })
+        .collect();
+    if forms.is_empty() {
+        return maths::names().contains(&name).then(|| format!("{name}(number)"));
+    }
+    Some(forms.join(" or "))
+}
+
+/// The names of all makers and helpers.
+pub(crate) fn function_names() -> Vec<&'static str> {
+    let mut names: Vec<&'static str> = FORMS.iter().map(|f| f.maker()).collect();
+    names.extend(HELPERS.iter().map(|h| h.name));
+    names.extend(maths::names());
+    names.retain(|name| name.starts_with(char::is_alphabetic));
+    names.sort_unstable();
+    names.dedup();
+    names
+}

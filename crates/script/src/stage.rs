@@ -1,0 +1,349 @@
+//! A script that has run once, and its frames.
+
+use crate::capture::Captured;
+use crate::engine::{self, Meter, Printer};
+use crate::error::{ErrorKind, ScriptError};
+use crate::locate::{self, Script};
+use crate::own_thread;
+use crate::params::{Parameter, Parameters};
+use crate::state::{Phase, Shared, State};
+use crate::time::{FrameFn, Moment};
+use crate::trouble::Trouble;
+use reflet_assets::Assets;
+use reflet_scene::Scene;
+use rhai::{AST, Dynamic, Engine, Position};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// The text of a script.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// Where it came from: for messages, and its folder is where its files are found.
+    pub path: PathBuf,
+    /// The script itself.
+    pub text: String,
+}
+
+/// The longest script, in bytes.
+const LONGEST: u64 = 16 << 20;
+/// The most lines: Rhai counts them in 16 bits.
+const LINES: usize = 65_535;
+
+impl Source {
+    /// Reads a script's file.
+    ///
+    /// # Errors
+    /// It is missing, no regular file, too long or not UTF-8: [`ErrorKind::Input`].
+    pub fn read(path: impl Into<PathBuf>) -> Result<Source, ScriptError> {
+        let path = path.into();
+        let wrong = |message: String| ScriptError {
+            kind: ErrorKind::Input,
+            message,
+            path: path.clone(),
+            place: None,
+            notes: Vec::new(),
+            frame: None,
+        };
+        let cannot = |e: std::io::Error| wrong(format!("cannot read the script: {e}"));
+        let about = std::fs::metadata(&path).map_err(cannot)?;
+        if !about.is_file() {
+            return Err(wrong("cannot read the script: this is no regular file".into()));
+        }
+        if about.len() > LONGEST {
+            return Err(wrong(format!("the script is longer than {LONGEST} bytes")));
+        }
+        let bytes = std::fs::read(&path).map_err(cannot)?;
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let at = e.utf8_error().valid_up_to();
+            let line = 1 + e.as_bytes()[..at].iter().filter(|b| **b == b'\n').count();
+            wrong(format!("the script is not UTF-8 text: line {line} holds other bytes"))
+        })?;
+        Ok(Source { path, text })
+    }
+}
+
+/// How a script is run.
+#[derive(Clone)]
+pub struct Options {
+    /// After this many of Rhai's operations a run of the script, or a frame, is ended.
+    pub max_operations: u64,
+    /// A run of the script, or a frame, is ended when it makes the process grow by so many bytes
+    /// (where the system tells).
+    pub max_memory: u64,
+    /// What `--set NAME=VALUE` says, in order.
+    pub sets: Vec<(String, String)>,
+    /// Where `print` and `debug` go, with the script's line; stderr by default.
+    pub print: Option<Printer>,
+    /// Told once if the script runs for more than two seconds; stderr by default.
+    pub slow: Option<Arc<dyn Fn(&str) + Send + Sync>>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            max_operations: 1_000_000_000,
+            max_memory: 4 << 30,
+            sets: Vec::new(),
+            print: None,
+            slow: None,
+        }
+    }
+}
+
+impl std::fmt::Debug for Options {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Options")
+            .field("max_operations", &self.max_operations)
+            .field("max_memory", &self.max_memory)
+            .field("sets", &self.sets)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Something about a script that is no error.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Warning {
+    /// What was seen and what to do, on one line.
+    pub message: String,
+}
+
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+/// A script that has run once: its scene, its frame functions and its parameters.
+pub struct Stage {
+    source: Source,
+    engine: Engine,
+    ast: AST,
+    state: Shared,
+    meter: Arc<Meter>,
+    options: Options,
+    functions: Vec<FrameFn>,
+    captured: Captured,
+    parameters: Vec<Parameter>,
+    warnings: Vec<Warning>,
+}
+
+impl std::fmt::Debug for Stage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Stage")
+            .field("path", &self.source.path)
+            .field("parameters", &self.parameters)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Stage {
+    /// Runs a script, on a thread of its own.
+    ///
+    /// # Errors
+    /// The script is wrong or over a limit, a `--set` does not fit it, or a file that it reads is
+    /// missing or bad.
+    pub fn load(source: Source, options: &Options) -> Result<Stage, ScriptError> {
+        let options = options.clone();
+        let root = source.path.parent().map(PathBuf::from).unwrap_or_default();
+        let parameters = Parameters { sets: options.sets.clone(), seen: Vec::new() };
+        let state = Shared::new(State::new(Assets::new(root), parameters));
+        let meter = Arc::new(Meter::default());
+        let print = options.print.clone().unwrap_or_else(|| {
+            let path = source.path.clone();
+            Arc::new(move |text: &str, line| eprintln!("{}:{line}: {text}", path.display()))
+        });
+        let engine = engine::build(&state, &meter, options.max_operations, print);
+        let bare = Script { path: &source.path, text: &source.text, ast: None };
+        if source.text.len() as u64 > LONGEST || source.text.lines().count() > LINES {
+            let message = format!(
+                "the script is longer than {LINES} lines or {LONGEST} bytes: write loops instead"
+            );
+            return Err(bare.error(ErrorKind::Script, message, Position::NONE));
+        }
+        let run = || -> Result<(AST, Captured), ScriptError> {
+            let ast =
+                engine::compile(&engine, &source.text).map_err(|error| bare.parse_error(&error))?;
+            let script = Script { ast: Some(&ast), ..bare };
+            if let Some((name, at)) = locate::captured_loop_variable(&ast) {
+                let message = format!(
+                    "a closure captures the `for` variable `{name}`, and would see its last value: write let k = {name}; in the loop, and use k"
+                );
+                return Err(script.error(ErrorKind::Script, message, at));
+            }
+            let mut scope = engine::scope();
+            let ended = engine.run_ast_with_scope(&mut scope, &ast);
+            let result = match ended {
+                Ok(()) => finish(&script, &state, &ast, &scope),
+                Err(error) => Err(script.run_error(&error)),
+            };
+            take_apart(scope);
+            result.map(|captured| (ast, captured))
+        };
+        let slow = || tell_slow(&options, &source);
+        let (ast, captured) = own_thread::run(&meter, options.max_memory, slow, run)
+            .unwrap_or_else(|| Err(no_thread(&source)))?;
+        let (functions, parameters, warnings) = {
+            let mut state = state.lock();
+            let functions = std::mem::take(&mut state.frame_functions);
+            (functions, state.parameters.seen.clone(), warnings(&state))
+        };
+        Ok(Stage {
+            source,
+            engine,
+            ast,
+            state,
+            meter,
+            options,
+            functions,
+            captured,
+            parameters,
+            warnings,
+        })
+    }
+
+    /// Lets `f` read the scene as it stands: the script's own, or that of the last frame.
+    pub fn with_scene<R>(&self, f: impl FnOnce(&Scene) -> R) -> R {
+        f(&self.state.lock().scene)
+    }
+
+    /// Makes the scene that of a frame, whatever it was before.
+    ///
+    /// Frames may be asked for in any order: each starts from what the script left.
+    ///
+    /// # Errors
+    /// A frame function is wrong or over a limit; the scene is then the script's own again.
+    pub fn frame(&mut self, index: u32) -> Result<(), ScriptError> {
+        self.rewind();
+        if self.functions.is_empty() {
+            return Ok(());
+        }
+        let Stage { source, engine, ast, state, meter, options, functions, captured, .. } = self;
+        let script = Script { path: &source.path, text: &source.text, ast: Some(ast) };
+        let moment = {
+            let mut state = state.lock();
+            state.epoch += 1;
+            state.phase = Phase::Frame;
+            Moment { index, animation: state.scene.animation() }
+        };
+        let run = || -> Result<(), ScriptError> {
+            captured.restore();
+            for function in functions.iter() {
+                function.call(engine, moment).map_err(|error| script.run_error(&error))?;
+            }
+            state.lock().check_written().map_err(|trouble| script.trouble(&trouble, Position::NONE))
+        };
+        let slow = || tell_slow(options, source);
+        let result = own_thread::run(meter, options.max_memory, slow, run)
+            .unwrap_or_else(|| Err(no_thread(source)));
+        state.lock().phase = Phase::Script;
+        if let Err(mut error) = result {
+            self.rewind();
+            error.frame = Some(index);
+            return Err(error);
+        }
+        Ok(())
+    }
+
+    /// Makes the scene the script's own again.
+    pub fn rewind(&mut self) {
+        self.state.lock().rewind();
+    }
+
+    /// The parameters, in the order of their `param` calls.
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// What was seen that is no error: no light, triangles without area.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// The files that the script asked for so far, the script itself first: what to watch.
+    pub fn inputs(&self) -> Vec<PathBuf> {
+        let mut files = vec![self.source.path.clone()];
+        files.extend(self.state.lock().assets.asked());
+        files
+    }
+
+    /// The script.
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// Whether any function was registered with `on_frame`.
+    pub fn has_frame_functions(&self) -> bool {
+        !self.functions.is_empty()
+    }
+
+    /// The operations that the last run of the script, or the last frame, took.
+    pub fn operations(&self) -> u64 {
+        self.meter.operations.load(Ordering::Relaxed)
+    }
+}
+
+/// Checks what holds only when the whole script has run, and seals the scene.
+fn finish(
+    script: &Script<'_>,
+    state: &Shared,
+    ast: &AST,
+    scope: &rhai::Scope<'_>,
+) -> Result<Captured, ScriptError> {
+    let mut state = state.lock();
+    state.check_written().map_err(|trouble| script.trouble(&trouble, Position::NONE))?;
+    if let Some(message) = state.parameters.unknown_set() {
+        return Err(script.error(ErrorKind::Set, message, Position::NONE));
+    }
+    if state.scene.singletons.camera.is_none() {
+        let message =
+            "the scene has no camera: add camera(#{ eye: [0, 2, 8], look_at: [0, 1, 0] })";
+        return Err(script.error(ErrorKind::Script, message.into(), Position::NONE));
+    }
+    // Values nested too deep are an error even where no frame function holds them: dropping or
+    // copying them could overflow the stack later.
+    for (name, _, value) in scope.iter_raw() {
+        Captured::walk(std::iter::once(value))
+            .map_err(|trouble| script.trouble(&trouble, locate::definition(ast, name)))?;
+    }
+    let roots: Vec<Dynamic> = state.frame_functions.iter().flat_map(FrameFn::roots).collect();
+    let captured =
+        Captured::walk(roots.iter()).map_err(|trouble| script.trouble(&trouble, Position::NONE))?;
+    state.seal();
+    Ok(captured)
+}
+
+/// Lets go of a scope's values one by one, so that a long chain of closures does not recurse.
+fn take_apart(scope: rhai::Scope<'_>) {
+    drop(scope);
+}
+
+fn warnings(state: &State) -> Vec<Warning> {
+    let mut warnings: Vec<Warning> = Vec::new();
+    if !state.lit {
+        let message = "the script makes no light: only ambient colours and the background show";
+        warnings.push(Warning { message: message.into() });
+    }
+    warnings.extend(state.assets.notes().iter().map(|n| Warning { message: n.to_string() }));
+    warnings
+}
+
+fn tell_slow(options: &Options, source: &Source) {
+    let message = format!(
+        "{}: the script runs for more than two seconds; Ctrl-C stops it, and --max-operations (now {}) bounds it",
+        source.path.display(),
+        options.max_operations
+    );
+    match &options.slow {
+        Some(told) => told(&message),
+        None => eprintln!("{message}"),
+    }
+}
+
+fn no_thread(source: &Source) -> ScriptError {
+    Script { path: &source.path, text: &source.text, ast: None }.error(
+        ErrorKind::Script,
+        Trouble::new("the script's thread broke down").message,
+        Position::NONE,
+    )
+}

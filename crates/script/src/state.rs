@@ -1,0 +1,331 @@
+//! What all native functions share: the scene, and what is known about the script's run.
+
+use crate::handle::Handle;
+use crate::nouns::{CHECKER, FORMS, MATERIAL};
+use crate::params::Parameters;
+use crate::table::{AnyForm, Kind, Role, Value, to_dynamic};
+use crate::time::FrameFn;
+use crate::trouble::{Fallible, Trouble, trouble};
+use crate::{names, parse};
+use reflet_assets::Assets;
+use reflet_scene::{Checker, Fault, Key, Material, MeshData, Scene, Surface};
+use rhai::{Dynamic, Map, NativeCallContext, Position};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Whether the script itself runs, or a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Phase {
+    Script,
+    Frame,
+}
+
+/// The state behind every native function.
+pub(crate) struct State {
+    pub scene: Scene,
+    pub assets: Assets,
+    pub phase: Phase,
+    /// Counts the frame calls, so that a handle of an earlier one is known.
+    pub epoch: u64,
+    pub parameters: Parameters,
+    pub frame_functions: Vec<FrameFn>,
+    /// Whether the script made a light.
+    pub lit: bool,
+    /// Where the makers of which there is one were called.
+    singles: BTreeMap<&'static str, Position>,
+    /// Nouns whose relations are to be checked when the run is over, with the last write.
+    pub written: BTreeMap<Key, (Kind, Position)>,
+    /// Pairs of a checker and a flat surface that wore it at some time.
+    wearers: Vec<(Key, Key)>,
+    wearers_of_script: usize,
+    /// The kinds of surfaces that ever wore a checker.
+    kinds: BTreeMap<Key, Kind>,
+    /// The names of mesh files, by the address of their columns, which `assets` keeps alive.
+    files: HashMap<usize, String>,
+}
+
+/// The state, shared between native functions.
+#[derive(Clone)]
+pub(crate) struct Shared(Arc<Mutex<State>>);
+
+impl Shared {
+    pub fn new(state: State) -> Self {
+        Self(Arc::new(Mutex::new(state)))
+    }
+
+    pub fn lock(&self) -> MutexGuard<'_, State> {
+        // A panic under the lock ends the whole stage; what is left is only read.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl State {
+    pub fn new(assets: Assets, parameters: Parameters) -> Self {
+        Self {
+            scene: Scene::new(),
+            assets,
+            phase: Phase::Script,
+            epoch: 0,
+            parameters,
+            frame_functions: Vec::new(),
+            lit: false,
+            singles: BTreeMap::new(),
+            written: BTreeMap::new(),
+            wearers: Vec::new(),
+            wearers_of_script: 0,
+            kinds: BTreeMap::new(),
+            files: HashMap::new(),
+        }
+    }
+
+    /// The script has ended: what follows is undone by [`State::rewind`].
+    pub fn seal(&mut self) {
+        self.wearers_of_script = self.wearers.len();
+        self.written.clear();
+        self.scene.seal();
+    }
+
+    /// Puts everything back to what it was when the script ended.
+    pub fn rewind(&mut self) {
+        self.scene.rewind();
+        self.wearers.truncate(self.wearers_of_script);
+        let made = Key(self.scene.sealed_len());
+        self.kinds.split_off(&made);
+        self.written.clear();
+    }
+
+    /// An error if `what` may not be called in a frame.
+    pub fn script_only(&self, what: &str) -> Fallible<()> {
+        match self.phase {
+            Phase::Script => Ok(()),
+            Phase::Frame => Err(trouble(format!(
+                "`{what}` cannot be called in a frame, only by the script itself"
+            ))),
+        }
+    }
+
+    /// What a maker does: checks the map, fills the noun, and gives it a key.
+    pub fn make(&mut self, maker: &'static str, map: &Map, call: Position) -> Fallible<Handle> {
+        let form = parse::choose(maker, map)?;
+        if form.role().single() {
+            self.script_only(maker)?;
+            if let Some(first) = self.singles.get(maker) {
+                let line = first.line().map_or("an earlier line".into(), |l| format!("line {l}"));
+                return Err(trouble(format!(
+                    "there is one `{maker}` in a scene, and the first is on {line}"
+                )));
+            }
+        }
+        let key = self.make_form(form, map, call)?;
+        self.lit |= form.role() == Role::Light;
+        if form.role().single() {
+            self.singles.insert(maker, call);
+            let singles = &mut self.scene.singletons;
+            match form.role() {
+                Role::Camera => singles.camera = Some(key),
+                Role::Image => singles.image = Some(key),
+                Role::Settings => singles.settings = Some(key),
+                _ => singles.animation = Some(key),
+            }
+        }
+        Ok(self.handle(key, Kind(form)))
+    }
+
+    /// Makes a noun of one form from its map.
+    pub fn make_form(
+        &mut self,
+        form: &'static dyn AnyForm,
+        map: &Map,
+        call: Position,
+    ) -> Result<Key, Trouble> {
+        let values = parse::values(self, form, map, call)?;
+        let wears = values.iter().find_map(|(_, v)| match v {
+            Value::Wear(Some(key)) if form.role() == Role::Surface => Some(*key),
+            _ => None,
+        });
+        let key = form
+            .make(&mut self.scene, values)
+            .map_err(|fault| Trouble::with_key(fault.property, fault.to_string()))?;
+        if let Some(paint) = wears {
+            self.note_wearer(key, Kind(form), paint);
+            self.check_wearer(key, Kind(form))
+                .map_err(|fault| Trouble::with_key("material", words_of_wear(&fault)))?;
+        }
+        Ok(key)
+    }
+
+    /// The handle of a thing that was just made.
+    pub fn handle(&self, key: Key, kind: Kind) -> Handle {
+        let of_script = self.scene.is_sealed() && key.0 < self.scene.sealed_len();
+        Handle { key, kind, epoch: if of_script { 0 } else { self.epoch } }
+    }
+
+    /// The handle of what a surface wears.
+    fn paint(&self, key: Key) -> Handle {
+        let form: &'static dyn AnyForm =
+            if self.scene.has::<Checker>(key) { &CHECKER } else { &MATERIAL };
+        self.handle(key, Kind(form))
+    }
+
+    /// An error if the thing was made in an earlier frame.
+    pub fn alive(&self, key: Key, epoch: u64, what: &str) -> Fallible<()> {
+        if epoch != 0 && epoch != self.epoch {
+            return Err(trouble(format!(
+                "{what} was made in an earlier frame, and is gone with it"
+            )));
+        }
+        if key.0 >= self.scene.len() {
+            return Err(trouble(format!("{what} is no more")));
+        }
+        Ok(())
+    }
+
+    /// Reads a property.
+    pub fn get(&mut self, handle: Handle, name: &str) -> Fallible<Dynamic> {
+        self.alive(handle.key, handle.epoch, &handle.kind.with_article())?;
+        let Some((at, info)) = handle.kind.0.find(name) else {
+            return Err(unknown_property(handle.kind, name));
+        };
+        let mut value = handle.kind.0.get(&self.scene, handle.key, at);
+        if let Some(Value::Wear(None)) = value {
+            // The grey matt default gets an entity of its own as soon as a script asks for it.
+            let paint = self.scene.spawn((Material::GREY_MATT,));
+            value = Some(Value::Wear(Some(paint)));
+            if let Some(mut surface) = self.scene.get::<Surface>(handle.key) {
+                surface.material = Some(paint);
+                self.scene.set(handle.key, surface);
+            }
+        }
+        let value = value.ok_or_else(|| unknown_property(handle.kind, name))?;
+        Ok(to_dynamic(value, info.takes, |key| self.paint(key), |data| self.file_of(data)))
+    }
+
+    /// Writes a property.
+    pub fn set(
+        &mut self,
+        handle: Handle,
+        name: &str,
+        to: Dynamic,
+        place: Position,
+    ) -> Fallible<()> {
+        self.alive(handle.key, handle.epoch, &handle.kind.with_article())?;
+        let Handle { key, kind, .. } = handle;
+        let Some((at, info)) = kind.0.find(name) else {
+            return Err(unknown_property(kind, name));
+        };
+        let role = kind.0.role();
+        if self.phase == Phase::Frame {
+            let fixed = role == Role::Animation || (role == Role::Image && info.name != "samples");
+            if fixed {
+                return Err(trouble(format!(
+                    "`{}` of {} cannot be written in a frame",
+                    info.name,
+                    kind.with_article()
+                )));
+            }
+        }
+        let value = parse::value(self, Kind(kind.0), info, &to, place)?;
+        let wear = match value {
+            Value::Wear(Some(paint)) if role == Role::Surface => Some(paint),
+            _ => None,
+        };
+        kind.0.set(&mut self.scene, key, at, value);
+        if let Some(paint) = wear {
+            self.note_wearer(key, kind, paint);
+        }
+        let concerned =
+            kind.0.related() || (role == Role::Checker && info.name == "xdir") || kind.0.flat();
+        if concerned {
+            self.written.insert(key, (kind, place));
+        }
+        Ok(())
+    }
+
+    /// Checks the relations of everything written; the first that is wrong, with its last write.
+    pub fn check_written(&mut self) -> Result<(), Trouble> {
+        let written = std::mem::take(&mut self.written);
+        for (&key, &(kind, place)) in &written {
+            kind.0
+                .check(&self.scene, key)
+                .map_err(|f| Trouble::new(of_kind(kind, &f)).at(place))?;
+            if kind.0.flat() {
+                self.check_wearer(key, kind)
+                    .map_err(|f| Trouble::new(words_of_wear(&f)).at(place))?;
+            }
+            if kind.0.role() == Role::Checker {
+                for &(_, surface) in self.wearers.iter().filter(|(checker, _)| *checker == key) {
+                    if let Some(&kind) = self.kinds.get(&surface) {
+                        self.check_wearer(surface, kind)
+                            .map_err(|f| Trouble::new(words_of_wear(&f)).at(place))?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Remembers that a flat surface wears a checker.
+    fn note_wearer(&mut self, surface: Key, kind: Kind, paint: Key) {
+        if kind.0.flat() && self.scene.has::<Checker>(paint) {
+            self.wearers.push((paint, surface));
+            self.kinds.insert(surface, kind);
+        }
+    }
+
+    /// Whether the checker that a flat surface wears (if any) has a direction in it.
+    fn check_wearer(&self, surface: Key, kind: Kind) -> Result<(), Fault> {
+        let Some(paint) = self.scene.get::<Surface>(surface).and_then(|s| s.material) else {
+            return Ok(());
+        };
+        match (self.scene.get::<Checker>(paint), kind.0.normal(&self.scene, surface)) {
+            (Some(checker), Some(normal)) => checker.check_on(normal),
+            _ => Ok(()),
+        }
+    }
+
+    /// Remembers the name of a mesh file.
+    pub fn note_file(&mut self, data: &Arc<MeshData>, file: &str) {
+        self.files.entry(Arc::as_ptr(data) as usize).or_insert_with(|| file.to_owned());
+    }
+
+    fn file_of(&self, data: &Arc<MeshData>) -> String {
+        self.files.get(&(Arc::as_ptr(data) as usize)).cloned().unwrap_or_default()
+    }
+}
+
+impl Role {
+    /// Whether there is one in a scene.
+    fn single(self) -> bool {
+        matches!(self, Role::Camera | Role::Image | Role::Settings | Role::Animation)
+    }
+}
+
+fn of_kind(kind: Kind, fault: &Fault) -> String {
+    format!("`{}` of {} {}", fault.property, kind.with_article(), fault.message)
+}
+
+fn words_of_wear(fault: &Fault) -> String {
+    format!("`{}` of the checker {}", fault.property, fault.message)
+}
+
+fn unknown_property(kind: Kind, name: &str) -> Box<rhai::EvalAltResult> {
+    let known: Vec<&str> = kind.0.keys().iter().map(|k| k.name).collect();
+    trouble(format!(
+        "{} has no `{name}`{}; it has {}",
+        kind.with_article(),
+        names::did_you_mean(name, known.iter().copied()),
+        names::listed(&known)
+    ))
+}
+
+/// Registers the makers.
+pub(crate) fn register(engine: &mut rhai::Engine, state: &Shared) {
+    let mut makers: Vec<&'static str> = FORMS.iter().map(|f| f.maker()).collect();
+    makers.dedup();
+    for maker in makers {
+        let shared = state.clone();
+        engine.register_fn(maker, move |ctx: NativeCallContext, map: Map| -> Fallible<Handle> {
+            shared.lock().make(maker, &map, ctx.call_position())
+        });
+    }
+}
