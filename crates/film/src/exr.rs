@@ -17,8 +17,8 @@ const BAND_ROWS: u32 = 16;
 /// How chunks are compressed.
 #[derive(Clone, Copy)]
 enum Method {
-    /// Run lengths, one line a chunk.
-    Rle,
+    /// As they are, one line a chunk.
+    None,
     /// Deflate at this level, 16 lines a chunk.
     Zip(u8),
 }
@@ -26,22 +26,22 @@ enum Method {
 impl Method {
     fn of(compression: Compression) -> Self {
         match compression {
-            Compression::Fast => Self::Rle,
-            Compression::Balanced => Self::Zip(2),
+            Compression::Fast => Self::None,
+            Compression::Balanced => Self::Zip(1),
             Compression::Small => Self::Zip(9),
         }
     }
 
     fn lines(self) -> usize {
         match self {
-            Self::Rle => 1,
+            Self::None => 1,
             Self::Zip(_) => 16,
         }
     }
 
     fn code(self) -> u8 {
         match self {
-            Self::Rle => 1,
+            Self::None => 0,
             Self::Zip(_) => 3,
         }
     }
@@ -134,18 +134,19 @@ pub(crate) fn encode(
         }
     };
     let code = |index: usize, raw: &[u8], scratch: &mut Scratch| {
-        let mut bytes = Vec::with_capacity(raw.len() / 2);
+        let mut bytes = Vec::with_capacity(match method {
+            Method::None => raw.len() + 8 * BAND_ROWS as usize,
+            Method::Zip(_) => 0,
+        });
         let mut lengths = Vec::new();
         let mut y = index as u32 * BAND_ROWS;
         for block in raw.chunks(line * method.lines()) {
             let start = bytes.len();
             bytes.extend_from_slice(&y.to_le_bytes());
             bytes.extend_from_slice(&[0; 4]);
-            method.compress(block, scratch, &mut bytes);
-            // A block that does not shrink is stored as it is, which its size tells.
-            if bytes.len() - start - 8 >= block.len() {
-                bytes.truncate(start + 8);
-                bytes.extend_from_slice(block);
+            match method {
+                Method::None => bytes.extend_from_slice(block),
+                Method::Zip(level) => zip(block, level, scratch, &mut bytes),
             }
             let size = (bytes.len() - start - 8) as u32;
             bytes[start + 4..start + 8].copy_from_slice(&size.to_le_bytes());
@@ -171,10 +172,20 @@ pub(crate) fn encode(
 
 /// Each line: all of B, all of G, all of R.
 fn gather_float(picture: &Picture, rows: Range<u32>, raw: &mut Vec<u8>) {
-    for y in rows {
-        for channel in [2, 1, 0] {
-            for piece in picture.row_pieces::<f32>(y) {
-                raw.extend(piece.chunks_exact(3).flat_map(|pixel| pixel[channel].to_le_bytes()));
+    let plane = picture.layout().width() as usize * 4;
+    let start = raw.len();
+    raw.resize(start + rows.len() * plane * 3, 0);
+    for (y, line) in rows.zip(raw[start..].chunks_exact_mut(plane * 3)) {
+        let (blue, rest) = line.split_at_mut(plane);
+        let (green, red) = rest.split_at_mut(plane);
+        let mut places =
+            blue.chunks_exact_mut(4).zip(green.chunks_exact_mut(4)).zip(red.chunks_exact_mut(4));
+        for piece in picture.row_pieces::<f32>(y) {
+            // The pixels come first in the zip, so that no place is taken when they end.
+            for (pixel, ((blue, green), red)) in piece.chunks_exact(3).zip(&mut places) {
+                red.copy_from_slice(&pixel[0].to_le_bytes());
+                green.copy_from_slice(&pixel[1].to_le_bytes());
+                blue.copy_from_slice(&pixel[2].to_le_bytes());
             }
         }
     }
@@ -201,17 +212,12 @@ struct Scratch {
     bytes: Vec<u8>,
 }
 
-impl Method {
-    fn compress(self, block: &[u8], scratch: &mut Scratch, out: &mut Vec<u8>) {
-        predict(block, &mut scratch.bytes);
-        match self {
-            Self::Rle => run_lengths(&scratch.bytes, out),
-            Self::Zip(level) => out.extend_from_slice(&miniz_oxide::deflate::compress_to_vec_zlib(
-                &scratch.bytes,
-                level,
-            )),
-        }
-    }
+/// A block that does not shrink is stored as it is, which its size tells.
+fn zip(block: &[u8], level: u8, scratch: &mut Scratch, out: &mut Vec<u8>) {
+    predict(block, &mut scratch.bytes);
+    let zipped = miniz_oxide::deflate::compress_to_vec_zlib(&scratch.bytes, level);
+    let shorter = zipped.len() < block.len();
+    out.extend_from_slice(if shorter { &zipped } else { block });
 }
 
 /// Bytes at even places first, then those at odd ones, each as its difference to the one before,
@@ -230,30 +236,4 @@ fn predict(block: &[u8], out: &mut Vec<u8>) {
     for i in (1..out.len()).rev() {
         out[i] = out[i].wrapping_sub(out[i - 1]).wrapping_add(128);
     }
-}
-
-/// A count n >= 0 and a byte stand for n + 1 of that byte, a count n < 0 for the -n bytes that
-/// follow. Runs take 3 bytes or more.
-fn run_lengths(bytes: &[u8], out: &mut Vec<u8>) {
-    const SHORTEST: usize = 3;
-    const LONGEST: usize = 127;
-    let mut at = 0;
-    let mut literals = 0;
-    let flush = |from: usize, to: usize, out: &mut Vec<u8>| {
-        for piece in bytes[from..to].chunks(LONGEST) {
-            out.push((piece.len() as i8).wrapping_neg() as u8);
-            out.extend_from_slice(piece);
-        }
-    };
-    while at < bytes.len() {
-        let byte = bytes[at];
-        let run = bytes[at..].iter().take(LONGEST + 1).take_while(|&&b| b == byte).count();
-        if run >= SHORTEST {
-            flush(literals, at, out);
-            out.extend_from_slice(&[(run - 1) as u8, byte]);
-            literals = at + run;
-        }
-        at += run;
-    }
-    flush(literals, at, out);
 }

@@ -10,10 +10,10 @@ use std::sync::Arc;
 /// How much time a smaller file is worth. Lossless in every case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Compression {
-    /// PNG: filters and Huffman codes, a few milliseconds a megapixel. EXR: run lengths.
+    /// PNG: filters and Huffman codes, a few milliseconds a megapixel. EXR: not compressed.
     #[default]
     Fast,
-    /// PNG: matches of moderate effort. EXR: ZIP by 16 lines, low effort.
+    /// PNG: matches of moderate effort. EXR: ZIP by 16 lines, least effort.
     Balanced,
     /// PNG: the most effort. EXR: ZIP by 16 lines, the most effort.
     Small,

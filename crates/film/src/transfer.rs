@@ -69,21 +69,23 @@ pub struct TransferTable {
 
 #[derive(Clone, Debug)]
 enum Table {
-    U8(Box<[u32; U8_BUCKETS]>),
+    U8(Box<Buckets8>),
     U16(Box<Thresholds16>),
     F32,
 }
 
-/// 8 bits: a bucket is a float's exponent and its upper 7 bits of mantissa, and no bucket holds two
-/// thresholds. With `low` the 16 bits below, entry + low carries into bit 16 exactly from the
-/// bucket's threshold on, so `(entry + low) >> 16` is the sample.
-const U8_BUCKETS: usize = 2048;
+/// 8 bits: a bucket is a float's upper 16 bits, and no bucket holds two thresholds. With `low` the
+/// 16 bits below, `sample + low + 65536 - threshold` carries into bit 16 exactly from the bucket's
+/// threshold on. The entry has the upper bits taken off already, so that it is added to the whole
+/// float: `(entry + bits) >> 16` ends in the sample. Of the table only the 7 KiB between the floor
+/// and 1 are ever read.
+type Buckets8 = [u32; 65536];
 /// Below the first threshold of 8 bits, and the bottom of a bucket.
 const U8_FLOOR: f32 = 1.0 / 8192.0;
 
-fn table_u8(transfer: Transfer) -> Box<[u32; U8_BUCKETS]> {
+fn table_u8(transfer: Transfer) -> Box<Buckets8> {
     let thresholds: Vec<f32> = (1..=255).map(|k| transfer.threshold(k, 255)).collect();
-    let mut table = Box::new([0_u32; U8_BUCKETS]);
+    let mut table: Box<Buckets8> = vec![0; 65536].try_into().expect("65536 entries");
     for upper in (U8_FLOOR.to_bits() >> 16)..=(1.0_f32.to_bits() >> 16) {
         let start = f32::from_bits(upper << 16);
         let end = f32::from_bits((upper << 16) | 0xffff);
@@ -94,19 +96,22 @@ fn table_u8(transfer: Transfer) -> Box<[u32; U8_BUCKETS]> {
             entry += 0x1_0000 - (thresholds[base as usize].to_bits() & 0xffff);
         }
         debug_assert!(inside <= 1);
-        // From U8_FLOOR to 1 the upper bits differ within their last 11.
-        table[upper as usize % U8_BUCKETS] = entry;
+        table[upper as usize] = entry.wrapping_sub(upper << 16);
     }
     table
 }
 
+/// The bits of `x`, held between `floor` and 1. In this order a NaN becomes the floor.
 #[inline(always)]
-fn sample_u8(table: &[u32; U8_BUCKETS], x: f32) -> u8 {
-    // In this order a NaN becomes the floor.
-    let x = if x > U8_FLOOR { x } else { U8_FLOOR };
+fn clamped_bits(x: f32, floor: f32) -> u32 {
+    let x = if x > floor { x } else { floor };
     let x = if x < 1.0 { x } else { 1.0 };
-    let bits = x.to_bits();
-    ((table[(bits >> 16) as usize % U8_BUCKETS] + (bits & 0xffff)) >> 16) as u8
+    x.to_bits()
+}
+
+#[inline(always)]
+fn sample_u8(table: &Buckets8, bits: u32) -> u8 {
+    (table[(bits >> 16) as usize].wrapping_add(bits) >> 16) as u8
 }
 
 /// 16 bits: a bucket holds many thresholds; a line through it guesses the sample to within one,
@@ -139,16 +144,56 @@ fn table_u16(transfer: Transfer) -> Box<Thresholds16> {
 }
 
 #[inline(always)]
-fn sample_u16(table: &Thresholds16, x: f32) -> u16 {
-    let x = if x > U16_FLOOR { x } else { U16_FLOOR };
-    let x = if x < 1.0 { x } else { 1.0 };
-    let bits = x.to_bits();
+fn sample_u16(table: &Thresholds16, bits: u32) -> u16 {
+    let x = f32::from_bits(bits);
     let bucket = ((bits - U16_FLOOR.to_bits()) >> U16_SHIFT) as usize;
     let low = bits & ((1 << U16_SHIFT) - 1);
     let base = table.base[bucket];
     let guess = (base + (((table.base[bucket + 1] - base) * low) >> U16_SHIFT)) as usize;
     let sample = guess + usize::from(x >= table.at[guess]) + usize::from(x >= table.at[guess + 1]);
     (sample - 1) as u16
+}
+
+/// Integer samples of planes. Clamping by itself, some pixels at a time, is left to the vector
+/// units; together with the look-up the compiler makes branches of it.
+#[inline(always)]
+fn each<T>(
+    [red, green, blue]: [&[f32]; 3],
+    samples: &mut [T],
+    floor: f32,
+    sample: impl Fn(u32) -> T,
+) {
+    const PIECE: usize = 64;
+    let mut bits = [[0_u32; PIECE]; 3];
+    let pieces = red.chunks(PIECE).zip(green.chunks(PIECE)).zip(blue.chunks(PIECE));
+    for (samples, ((red, green), blue)) in samples.chunks_mut(3 * PIECE).zip(pieces) {
+        for (bits, plane) in bits.iter_mut().zip([red, green, blue]) {
+            for (bits, &x) in bits.iter_mut().zip(plane) {
+                *bits = clamped_bits(x, floor);
+            }
+        }
+        let [red, green, blue] = &bits;
+        let pixels = red.iter().zip(green).zip(blue);
+        for (pixel, ((&r, &g), &b)) in samples.chunks_exact_mut(3).zip(pixels) {
+            pixel[0] = sample(r);
+            pixel[1] = sample(g);
+            pixel[2] = sample(b);
+        }
+    }
+}
+
+fn canonical(x: f32) -> f32 {
+    if x.is_nan() { f32::from_bits(NAN_BITS) } else { x }
+}
+
+impl SamplesMut<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Self::U8(samples) => samples.len(),
+            Self::U16(samples) => samples.len(),
+            Self::F32(samples) => samples.len(),
+        }
+    }
 }
 
 impl TransferTable {
@@ -183,30 +228,27 @@ impl TransferTable {
     /// # Panics
     /// If the lengths do not fit, or `samples` are not of the table's kind.
     pub fn encode_tile(&self, [red, green, blue]: [&[f32]; 3], samples: &mut SamplesMut<'_>) {
-        fn each<T>([red, green, blue]: [&[f32]; 3], samples: &mut [T], sample: impl Fn(f32) -> T) {
-            assert!(
-                red.len() * 3 == samples.len()
-                    && green.len() == red.len()
-                    && blue.len() == red.len(),
-                "a tile of {} samples from {}, {} and {} intensities",
-                samples.len(),
-                red.len(),
-                green.len(),
-                blue.len(),
-            );
-            let rgb = red.iter().zip(green).zip(blue);
-            for (pixel, ((&r, &g), &b)) in samples.chunks_exact_mut(3).zip(rgb) {
-                pixel[0] = sample(r);
-                pixel[1] = sample(g);
-                pixel[2] = sample(b);
-            }
-        }
+        assert!(
+            red.len() * 3 == samples.len() && green.len() == red.len() && blue.len() == red.len(),
+            "a tile of {} samples from {}, {} and {} intensities",
+            samples.len(),
+            red.len(),
+            green.len(),
+            blue.len(),
+        );
         let rgb = [red, green, blue];
         match (&self.table, samples) {
-            (Table::U8(table), SamplesMut::U8(out)) => each(rgb, out, |x| sample_u8(table, x)),
-            (Table::U16(table), SamplesMut::U16(out)) => each(rgb, out, |x| sample_u16(table, x)),
+            (Table::U8(table), SamplesMut::U8(out)) => {
+                each(rgb, out, U8_FLOOR, |bits| sample_u8(table, bits));
+            }
+            (Table::U16(table), SamplesMut::U16(out)) => {
+                each(rgb, out, U16_FLOOR, |bits| sample_u16(table, bits));
+            }
             (Table::F32, SamplesMut::F32(out)) => {
-                each(rgb, out, |x: f32| if x.is_nan() { f32::from_bits(NAN_BITS) } else { x })
+                let pixels = red.iter().zip(green).zip(blue);
+                for (pixel, ((&r, &g), &b)) in out.chunks_exact_mut(3).zip(pixels) {
+                    pixel.copy_from_slice(&[r, g, b].map(canonical));
+                }
             }
             _ => panic!("the picture's samples are not {:?}", self.kind()),
         }
@@ -219,13 +261,15 @@ mod tests {
 
     const CURVES: [Transfer; 2] = [Transfer::Srgb, Transfer::Linear];
 
-    fn hold_u8(table: &[u32; U8_BUCKETS], transfer: Transfer, x: f32) {
-        let (got, want) = (u32::from(sample_u8(table, x)), transfer.quantise(x, 255));
+    fn hold_u8(table: &Buckets8, transfer: Transfer, x: f32) {
+        let (got, want) =
+            (u32::from(sample_u8(table, clamped_bits(x, U8_FLOOR))), transfer.quantise(x, 255));
         assert_eq!(got, want, "{transfer:?} {x:e} ({:#x})", x.to_bits());
     }
 
     fn hold_u16(table: &Thresholds16, transfer: Transfer, x: f32) {
-        let (got, want) = (u32::from(sample_u16(table, x)), transfer.quantise(x, 65535));
+        let (got, want) =
+            (u32::from(sample_u16(table, clamped_bits(x, U16_FLOOR))), transfer.quantise(x, 65535));
         assert_eq!(got, want, "{transfer:?} {x:e} ({:#x})", x.to_bits());
     }
 

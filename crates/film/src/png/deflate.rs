@@ -204,6 +204,7 @@ impl Bits<'_> {
         self.count &= 7;
     }
 
+    #[inline(always)]
     fn put(&mut self, bits: u32, count: u32) {
         self.add(bits.into(), count);
         self.flush();
@@ -232,6 +233,7 @@ impl Writer<'_> {
         self.bits.flush();
     }
 
+    #[inline(always)]
     fn symbol(&mut self, symbol: usize) {
         let entry = self.table[symbol];
         self.bits.put(entry & 0xffff, entry >> 16);
