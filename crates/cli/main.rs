@@ -1,2 +1,49 @@
-//! The command line of Reflet.
-fn main() {}
+//! The command line of Reflet: typed, meant, run, exit code.
+
+mod args;
+mod check;
+mod completions;
+mod console;
+mod exit;
+mod frames;
+mod json;
+mod meant;
+mod new;
+mod params;
+mod progress;
+mod render;
+mod signals;
+mod watch;
+
+use clap::Parser;
+use console::{Console, print};
+use exit::{Exit, Failure};
+use meant::{Meant, Tell, Times};
+use signals::Signals;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let typed = args::Typed::parse();
+    let console = Console::new();
+    let done = Meant::by(typed, &console).and_then(|meant| run(meant, &console));
+    done.map_or_else(|failure| failure.end(&console), |()| Exit::Done.into())
+}
+
+fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
+    let signals = Signals::listen(console);
+    match meant {
+        Meant::Render(meant) => match meant.times {
+            Times::Once => render::run(&meant, console, &signals),
+            Times::AtEachSave => watch::run(&meant, console, &signals),
+        },
+        Meant::Check(script) => print(check::run(&script, console)?),
+        Meant::Params(script, tell) => {
+            let stage = script.load()?;
+            let form = if tell == Tell::Programs { params::json } else { params::table };
+            print(form(stage.parameters()))
+        }
+        Meant::New(args) => print(new::run(&args)?),
+        Meant::Completions(shell) => print(completions::completions(shell)),
+        Meant::Man(command) => print(completions::man(command.as_deref())?),
+    }
+}

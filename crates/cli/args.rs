@@ -1,0 +1,225 @@
+//! What can be typed: the command line, word by word. What it means together is [`crate::meant`]'s.
+
+use crate::frames::FrameRanges;
+use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
+use reflet_accel::Isa;
+use std::num::{NonZeroU64, NonZeroUsize};
+use std::path::PathBuf;
+
+const EXAMPLES: &str = "\
+Examples:
+  reflet new room                                     write a starter scene, room.rhai
+  reflet render room.rhai -o room.png                 one picture
+  reflet render room.rhai -o out/frame-####.png       every frame of its animation, one file each
+  reflet render room.rhai -o room.gif --draft         the animation as a film, small and quick
+  reflet render room.rhai -o room.png --watch         again at each save of the script
+  reflet check room.rhai                              what the scene holds, and what looks wrong";
+
+const RENDER_EXAMPLES: &str = "\
+Examples:
+  reflet render room.rhai -o room.png
+  reflet render room.rhai -o out/frame-####.exr --frames 0-119:10
+  reflet render room.rhai -o room.png --size 1920x1080 --set gloss=0.7
+  reflet render room.rhai -o room.png --frames 57 --draft --watch
+  reflet render room.rhai -o - | ffmpeg -i - room.mp4";
+
+const CODES: &str = "\
+Exit codes:
+  0  done                              66  an input is missing or bad
+  1  some frames failed otherwise      74  an output could not be written
+  2  the command line is wrong        130  stopped by SIGINT (Ctrl-C)
+ 65  the script is wrong              143  stopped by SIGTERM";
+
+/// A ray tracer: scenes are scripts, and a frame costs only what changed.
+#[derive(Debug, Parser)]
+#[command(name = "reflet", version, before_help = EXAMPLES, after_help = CODES)]
+#[command(max_term_width = 100, arg_required_else_help = true, disable_help_subcommand = true)]
+pub struct Typed {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene: a picture, a sequence of pictures or a film
+    #[command(before_help = RENDER_EXAMPLES, after_help = CODES)]
+    Render(RenderArgs),
+    /// Say what a scene holds, and warn of what looks wrong
+    #[command(
+        before_help = "Examples:\n  reflet check room.rhai\n  reflet check room.rhai --set gloss=1"
+    )]
+    Check(ScriptArgs),
+    /// Write a commented starter scene
+    #[command(before_help = "Examples:\n  reflet new room           writes room.rhai")]
+    New(NewArgs),
+    /// List a scene's parameters
+    #[command(
+        before_help = "Examples:\n  reflet params room.rhai\n  reflet params room.rhai --json   for programs"
+    )]
+    Params(ParamsArgs),
+    /// Print a completion script for a shell
+    #[command(
+        before_help = "Examples:\n  reflet completions bash > ~/.local/share/bash-completion/completions/reflet\n  reflet completions zsh > ~/.zfunc/_reflet"
+    )]
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Print the manual page, in roff
+    #[command(
+        before_help = "Examples:\n  reflet man | man -l -\n  reflet man render > reflet-render.1"
+    )]
+    Man {
+        /// The command whose page it is; without it, the page of all
+        command: Option<String>,
+    },
+}
+
+/// A script and what bears on running it.
+#[derive(Debug, Args)]
+pub struct ScriptArgs {
+    /// The scene, a Rhai script
+    pub script: PathBuf,
+    /// Give a parameter of the script a value (may be repeated)
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
+    pub set: Vec<(String, String)>,
+    /// Stop a script that takes more operations than this
+    #[arg(long, value_name = "N", default_value = "1000000000")]
+    pub max_operations: NonZeroU64,
+}
+
+/// What `render` takes.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub script: ScriptArgs,
+    /// Where the pictures go: the ending is the format, a run of # the frame number, - is stdout
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+    /// The frames to render: 7, 0-119, 0-119:10 (every tenth), or a list with commas
+    #[arg(long, value_name = "RANGES", allow_hyphen_values = true)]
+    pub frames: Option<FrameRanges>,
+    /// The picture's size instead of the script's, each side 1 to 65535
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = size)]
+    pub size: Option<(u32, u32)>,
+    /// Quarter width and height, at most 3 bounces
+    #[arg(long)]
+    pub draft: bool,
+    /// Render again at each save of the script or of a file that it names, until stopped
+    #[arg(long)]
+    pub watch: bool,
+    /// Worker threads, at most 1024; by default one per core
+    #[arg(long, value_name = "N", value_parser = threads)]
+    pub threads: Option<NonZeroUsize>,
+    /// The kernels: scalar, sse2, sse4.2, avx2, avx512, neon or auto; all give the same picture
+    #[arg(long, value_name = "LEVEL", default_value = "auto")]
+    pub isa: Isa,
+    /// Trace every frame from nothing; the picture is the same
+    #[arg(long)]
+    pub no_reuse: bool,
+    /// The format, whatever the output's ending: png, png16, exr, exr16, qoi, jpg, ppm, pfm, gif,
+    /// apng or y4m
+    #[arg(long, value_name = "EXT")]
+    pub format: Option<String>,
+    /// Print one JSON event a line on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What `new` takes.
+#[derive(Debug, Args)]
+pub struct NewArgs {
+    /// The scene's name; `.rhai` is added if it is not there
+    pub name: PathBuf,
+}
+
+/// What `params` takes.
+#[derive(Debug, Args)]
+pub struct ParamsArgs {
+    #[command(flatten)]
+    pub script: ScriptArgs,
+    /// Print one JSON array on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
+            Ok((name.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("write a parameter's name and its value, as in gloss=0.7".into()),
+    }
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let edge = |text: &str| {
+        let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+        text.parse().ok().filter(|n| digits && (1..=65_535).contains(n))
+    };
+    let (w, h) = text.split_once(['x', 'X']).ok_or("write width and height, as in 1280x720")?;
+    match (edge(w), edge(h)) {
+        (Some(w), Some(h)) => Ok((w, h)),
+        _ => Err("width and height are whole numbers from 1 to 65535, as in 1280x720".into()),
+    }
+}
+
+fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let n: Option<NonZeroUsize> = text.parse().ok();
+    n.filter(|n| n.get() <= 1024).ok_or_else(|| "a whole number from 1 to 1024".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_declaration_is_sound() {
+        Typed::command().debug_assert();
+    }
+
+    #[test]
+    fn help_opens_with_examples() {
+        let mut command = Typed::command();
+        assert!(command.render_help().to_string().starts_with("Examples:\n"));
+        for sub in command.get_subcommands_mut() {
+            let help = sub.render_help().to_string();
+            assert!(help.starts_with("Examples:\n"), "{}", sub.get_name());
+        }
+    }
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("1x1"), Ok((1, 1)));
+        assert_eq!(size("65535X65535"), Ok((65_535, 65_535)));
+        for bad in [
+            "",
+            "x",
+            "0",
+            "0x5",
+            "5x0",
+            "65536x1",
+            "+1x1",
+            "1x1x1",
+            "1 x1",
+            "-1x5",
+            "1.5x2",
+            "99999999999x1",
+        ] {
+            assert!(size(bad).is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn assignments() {
+        assert_eq!(assignment("a=1"), Ok(("a".into(), "1".into())));
+        assert_eq!(assignment("a=b=c"), Ok(("a".into(), "b=c".into())));
+        for bad in ["", "a", "=1", "a=", " = "] {
+            assert!(assignment(bad).is_err(), "{bad:?}");
+        }
+    }
+}

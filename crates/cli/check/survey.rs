@@ -1,0 +1,192 @@
+//! How much of what a scene holds.
+
+use super::shapes::{Shapes, placed, point};
+use reflet_scene::{Checker, DVec3, Image, Material, PointLight, Scene, Spotlight};
+use std::fmt;
+
+/// Counts by kind, and the box around everything that has an end.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Survey {
+    /// Visible spheres.
+    pub spheres: u64,
+    /// Visible planes.
+    pub planes: u64,
+    /// Visible quads.
+    pub quads: u64,
+    /// Visible triangles, those of meshes apart.
+    pub triangles: u64,
+    /// Visible meshes.
+    pub meshes: u64,
+    /// Triangles of visible meshes.
+    pub mesh_triangles: u64,
+    /// Surfaces that are not visible.
+    pub hidden: u64,
+    /// Materials.
+    pub materials: u64,
+    /// Materials that mirror: a specular value is not 0.
+    pub mirrors: u64,
+    /// Checkers.
+    pub checkers: u64,
+    /// Point lights.
+    pub point_lights: u64,
+    /// Spotlights.
+    pub spotlights: u64,
+    /// The least and the greatest corner of all visible surfaces but planes.
+    pub bounds: Option<(DVec3, DVec3)>,
+}
+
+impl Survey {
+    /// What the scene holds as it is now.
+    pub fn of(scene: &Scene, shapes: &Shapes) -> Self {
+        let mut survey = Self {
+            spheres: shapes.spheres.len() as u64,
+            planes: shapes.planes.len() as u64,
+            quads: shapes.quads.len() as u64,
+            triangles: shapes.triangles.len() as u64,
+            meshes: shapes.meshes.len() as u64,
+            mesh_triangles: shapes.meshes.iter().map(|(_, m)| m.data.triangles.len() as u64).sum(),
+            hidden: shapes.hidden,
+            ..Self::default()
+        };
+        for key in scene.keys() {
+            if let Some(material) = scene.get::<Material>(key) {
+                survey.materials += 1;
+                survey.mirrors += u64::from(material.specular != DVec3::ZERO);
+            }
+            survey.checkers += u64::from(scene.has::<Checker>(key));
+            survey.point_lights += u64::from(scene.has::<PointLight>(key));
+            survey.spotlights += u64::from(scene.has::<Spotlight>(key));
+        }
+        survey.enclose(shapes);
+        survey
+    }
+
+    fn enclose(&mut self, shapes: &Shapes) {
+        for (_, s) in &shapes.spheres {
+            self.include(s.center - DVec3::splat(s.radius));
+            self.include(s.center + DVec3::splat(s.radius));
+        }
+        for (_, q) in &shapes.quads {
+            [q.corner, q.corner + q.u, q.corner + q.v, q.corner + q.u + q.v]
+                .into_iter()
+                .for_each(|p| self.include(p));
+        }
+        for (_, t) in &shapes.triangles {
+            [t.a, t.b, t.c].into_iter().for_each(|p| self.include(p));
+        }
+        for (_, mesh) in &shapes.meshes {
+            let at = placed(mesh);
+            let corners = mesh.data.triangles.iter().flatten();
+            corners.for_each(|i| self.include(at[*i as usize]));
+        }
+    }
+
+    fn include(&mut self, p: DVec3) {
+        let (least, greatest) = self.bounds.unwrap_or((p, p));
+        self.bounds = Some((least.min(p), greatest.max(p)));
+    }
+
+    /// All visible surfaces, each triangle of a mesh counted.
+    pub fn primitives(&self) -> u64 {
+        self.spheres + self.planes + self.quads + self.triangles + self.mesh_triangles
+    }
+}
+
+impl fmt::Display for Survey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut surfaces = list(&[
+            (self.spheres, "sphere"),
+            (self.planes, "plane"),
+            (self.quads, "quad"),
+            (self.triangles, "triangle"),
+        ]);
+        if self.meshes > 0 {
+            let triangles = counted(self.mesh_triangles, "triangle");
+            let meshes = counted_as(self.meshes, "mesh", "meshes");
+            surfaces = join(surfaces, format!("{meshes} of {triangles}"));
+        }
+        if self.hidden > 0 {
+            surfaces = join(surfaces, format!("{} not visible", self.hidden));
+        }
+        writeln!(f, "surfaces    {}", or_none(surfaces))?;
+        let bounds = match self.bounds {
+            Some((least, greatest)) => format!("{} to {}", point(least), point(greatest)),
+            None => "none".into(),
+        };
+        let planes = if self.planes > 0 { ", planes without end" } else { "" };
+        writeln!(f, "bounds      {bounds}{planes}")?;
+        let lights = list(&[(self.point_lights, "point light"), (self.spotlights, "spotlight")]);
+        writeln!(f, "lights      {}", or_none(lights))?;
+        let mut materials = list(&[(self.materials, "material"), (self.checkers, "checker")]);
+        if self.mirrors > 0 {
+            materials = join(materials, format!("{} of them mirroring", self.mirrors));
+        }
+        writeln!(f, "materials   {}", or_none(materials))
+    }
+}
+
+/// A rough measure of the memory, in bytes, that rendering takes.
+pub fn memory(survey: &Survey, image: Image) -> u64 {
+    /// A primitive's rows in the columns and its share of the tree.
+    const PRIMITIVE: u64 = 200;
+    /// Three pictures under way, and a file of each.
+    const PIXEL: u64 = 3 * 3 * 2;
+    /// The program itself and its threads.
+    const PROGRAM: u64 = 16 << 20;
+    let pixels = u64::from(image.width) * u64::from(image.height);
+    PROGRAM + survey.primitives() * PRIMITIVE + pixels * PIXEL
+}
+
+/// `1 sphere`, `2 spheres`.
+pub fn counted(n: u64, noun: &str) -> String {
+    counted_as(n, noun, &format!("{noun}s"))
+}
+
+fn counted_as(n: u64, one: &str, many: &str) -> String {
+    format!("{n} {}", if n == 1 { one } else { many })
+}
+
+fn list(parts: &[(u64, &str)]) -> String {
+    let there: Vec<_> =
+        parts.iter().filter(|(n, _)| *n > 0).map(|(n, noun)| counted(*n, noun)).collect();
+    there.join(", ")
+}
+
+fn join(before: String, more: String) -> String {
+    if before.is_empty() { more } else { format!("{before}, {more}") }
+}
+
+fn or_none(text: String) -> String {
+    if text.is_empty() { "none".into() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use reflet_scene::{Plane, Sphere, Surface};
+
+    #[test]
+    fn a_survey_reads_like_a_table() {
+        let mut scene = Scene::new();
+        let seen = Surface { material: None, visible: true };
+        scene.spawn((Sphere { center: DVec3::new(0.0, 1.0, 0.0), radius: 1.0 }, seen.clone()));
+        scene.spawn((Sphere { center: DVec3::ZERO, radius: 0.5 }, seen.clone()));
+        scene.spawn((Plane { point: DVec3::ZERO, normal: DVec3::Y }, seen.clone()));
+        scene.spawn((
+            Sphere { center: DVec3::ZERO, radius: 9.0 },
+            Surface { visible: false, ..seen },
+        ));
+        scene.spawn((Material { specular: DVec3::X, ..Material::default() },));
+        scene.spawn((Material::default(),));
+        scene.spawn((PointLight { at: DVec3::ONE, emissivity: DVec3::ONE },));
+        let survey = Survey::of(&scene, &Shapes::of(&scene));
+        assert_eq!(
+            survey.to_string(),
+            "surfaces    2 spheres, 1 plane, 1 not visible\n\
+             bounds      [-1, -0.5, -1] to [1, 2, 1], planes without end\n\
+             lights      1 point light\n\
+             materials   2 materials, 1 of them mirroring\n"
+        );
+        assert_eq!(survey.primitives(), 3);
+    }
+}

@@ -1,0 +1,182 @@
+//! `--json`: one event a line on stdout.
+//!
+//! | event | when | fields |
+//! | --- | --- | --- |
+//! | `start` | the script has run | `frames`, `width`, `height`, `isa`, `threads` |
+//! | `warning` | at any time | `message` |
+//! | `frame` | a frame is on disk | `frame`, `path`, `ms`, `rays`, ... |
+//! | `error` | the render failed; the last line then | `exit`, `message` |
+//! | `done` | all frames are on disk; the last line | `frames`, `ms`, `rays`, ... |
+//!
+//! Times are milliseconds, `rays` counts by kind, sizes are bytes.
+
+use crate::exit::Failure;
+use reflet_frame::{Event, FrameReport, Summary};
+use serde::Serialize;
+use std::io::{self, Write};
+
+/// A line.
+#[derive(Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub enum Line<'a> {
+    /// The script has run and the first frame begins.
+    Start { frames: usize, width: u32, height: u32, isa: &'a str, threads: usize },
+    /// Something that the user may want to mend.
+    Warning { message: &'a str },
+    /// A frame is on disk.
+    Frame {
+        frame: u32,
+        path: Option<String>,
+        ms: f64,
+        script_ms: f64,
+        pack_ms: f64,
+        build_ms: f64,
+        trace_ms: f64,
+        encode_ms: f64,
+        rays: Rays,
+        accel_rays: u64,
+        retraced_pixels: u64,
+        bands_encoded: u64,
+        bands_kept: u64,
+        bytes: u64,
+    },
+    /// The render failed.
+    Error { exit: u8, message: &'a str },
+    /// The render is done.
+    Done {
+        frames: u64,
+        ms: f64,
+        trace_ms: f64,
+        rays: Rays,
+        mrays_per_s: f64,
+        bytes: u64,
+        isa: &'a str,
+        threads: usize,
+    },
+}
+
+/// Rays by kind.
+#[derive(Serialize)]
+pub struct Rays {
+    camera: u64,
+    mirror: u64,
+    shadow: u64,
+}
+
+fn ms(ns: u64) -> f64 {
+    ns as f64 / 1e6
+}
+
+impl<'a> Line<'a> {
+    /// The line of an event of the frame loop.
+    pub fn event(event: &Event<'a>) -> Self {
+        match *event {
+            Event::Started { frames, size: [width, height], isa, threads } => {
+                Line::Start { frames, width, height, isa, threads }
+            }
+            Event::Warning(message) => Line::Warning { message },
+            Event::Frame(report) => Line::frame(report),
+        }
+    }
+
+    fn frame(report: &FrameReport) -> Self {
+        let FrameReport {
+            frame,
+            ref path,
+            script_ns,
+            pack_ns,
+            build_ns,
+            trace_ns,
+            encode_ns,
+            rays,
+            accel_rays,
+            retraced_pixels,
+            bytes,
+            bands_encoded,
+            bands_kept,
+            ..
+        } = *report;
+        Line::Frame {
+            frame,
+            path: path.as_ref().map(|path| path.to_string_lossy().into_owned()),
+            ms: ms(report.elapsed_ns()),
+            script_ms: ms(script_ns),
+            pack_ms: ms(pack_ns),
+            build_ms: ms(build_ns),
+            trace_ms: ms(trace_ns),
+            encode_ms: ms(encode_ns),
+            rays: Rays { camera: rays.camera, mirror: rays.mirror, shadow: rays.shadow },
+            accel_rays,
+            retraced_pixels,
+            bands_encoded,
+            bands_kept,
+            bytes,
+        }
+    }
+
+    /// The closing line.
+    pub fn done(summary: &'a Summary) -> Self {
+        let rays = summary.rays;
+        Line::Done {
+            frames: summary.frames,
+            ms: ms(summary.elapsed_ns),
+            trace_ms: ms(summary.trace_ns),
+            rays: Rays { camera: rays.camera, mirror: rays.mirror, shadow: rays.shadow },
+            mrays_per_s: crate::progress::mrays_per_second(summary),
+            bytes: summary.bytes,
+            isa: summary.isa,
+            threads: summary.threads,
+        }
+    }
+
+    /// The closing line of a render that failed.
+    pub fn error(failure: &'a Failure) -> Self {
+        Line::Error { exit: failure.exit as u8, message: &failure.message }
+    }
+
+    /// Prints the line, whole, on stdout.
+    ///
+    /// # Errors
+    /// Stdout cannot be written, perhaps because its reader has left.
+    pub fn print(&self) -> io::Result<()> {
+        let mut line = serde_json::to_vec(self)?;
+        line.push(b'\n');
+        let mut out = io::stdout().lock();
+        out.write_all(&line)?;
+        out.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exit::Exit;
+
+    fn text(line: &Line<'_>) -> String {
+        serde_json::to_string(line).unwrap()
+    }
+
+    #[test]
+    fn lines_read_as_documented() {
+        let report = FrameReport {
+            frame: 3,
+            path: Some("out/frame-0003.png".into()),
+            script_ns: 1_000_000,
+            encode_ns: 900_000,
+            retraced_pixels: 7,
+            ..FrameReport::default()
+        };
+        let line = text(&Line::event(&Event::Frame(&report)));
+        let start = r#"{"event":"frame","frame":3,"path":"out/frame-0003.png","ms":1.9,"#;
+        assert!(line.starts_with(start), "{line}");
+        assert!(line.contains(r#""rays":{"camera":0,"mirror":0,"shadow":0}"#), "{line}");
+        assert!(line.contains(r#""retraced_pixels":7"#), "{line}");
+        let done = text(&Line::done(&Summary::default()));
+        assert!(done.starts_with(r#"{"event":"done","frames":0,"ms":0.0,"#), "{done}");
+        let failure = Failure::new(Exit::Script, "a \"word\"\nand a line");
+        assert_eq!(
+            text(&Line::error(&failure)),
+            r#"{"event":"error","exit":65,"message":"a \"word\"\nand a line"}"#
+        );
+    }
+}

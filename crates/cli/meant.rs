@@ -1,0 +1,162 @@
+//! What was typed, taken together: everything that can be wrong before the script is read is found
+//! here.
+
+use crate::args::{Command, NewArgs, ParamsArgs, RenderArgs, ScriptArgs, Typed};
+use crate::console::Console;
+use crate::exit::Failure;
+use crate::frames::FrameRanges;
+use clap_complete::Shell;
+use reflet_accel::Isa;
+use reflet_film::Target;
+use reflet_frame::{Draft, Reuse};
+use reflet_script::{Options, Source, Stage};
+use std::ffi::OsString;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What is to be done.
+pub enum Meant {
+    /// Render.
+    Render(Render),
+    /// Say what a scene holds.
+    Check(Script),
+    /// List parameters.
+    Params(Script, Tell),
+    /// Write the starter scene.
+    New(NewArgs),
+    /// Print completions.
+    Completions(Shell),
+    /// Print a manual page.
+    Man(Option<String>),
+}
+
+/// A script and how it runs.
+pub struct Script {
+    /// Its file.
+    pub path: PathBuf,
+    /// How it runs.
+    pub options: Options,
+}
+
+impl Script {
+    /// Reads and runs the script.
+    ///
+    /// # Errors
+    /// It cannot be read, is wrong, or does not take a `--set`.
+    pub fn load(&self) -> Result<Stage, Failure> {
+        Ok(Stage::load(Source::read(&self.path)?, &self.options)?)
+    }
+}
+
+/// Whom the program talks to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tell {
+    /// People: text.
+    People,
+    /// Programs: JSON on stdout.
+    Programs,
+}
+
+/// How often a scene is rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Times {
+    /// Once.
+    Once,
+    /// At each save.
+    AtEachSave,
+}
+
+/// A render.
+pub struct Render {
+    /// The scene.
+    pub script: Script,
+    /// `OUT` as typed.
+    pub output: OsString,
+    /// The format's name, if it is not the output's ending.
+    pub format: Option<String>,
+    /// Which frames; all if `None`.
+    pub frames: Option<FrameRanges>,
+    /// Width and height in pixels, if not the script's.
+    pub size: Option<[u32; 2]>,
+    /// Whether this is a quick look.
+    pub draft: Draft,
+    /// Threads; one per core if `None`.
+    pub threads: Option<NonZeroUsize>,
+    /// Which kernels.
+    pub isa: Isa,
+    /// Whether frames build on the frame before.
+    pub reuse: Reuse,
+    /// Whom events are told to.
+    pub tell: Tell,
+    /// Once or at each save.
+    pub times: Times,
+}
+
+impl Meant {
+    /// What the command line means.
+    ///
+    /// # Errors
+    /// Words that do not go together, and names that are not known: usage.
+    pub fn by(typed: Typed, console: &Console) -> Result<Self, Failure> {
+        Ok(match typed.command {
+            Command::Render(args) => Self::Render(render(args, console)?),
+            Command::Check(args) => Self::Check(script(args, console)),
+            Command::Params(ParamsArgs { script: args, json }) => {
+                Self::Params(script(args, console), tell(json))
+            }
+            Command::New(args) => Self::New(args),
+            Command::Completions { shell } => Self::Completions(shell),
+            Command::Man { command } => Self::Man(command),
+        })
+    }
+}
+
+fn script(args: ScriptArgs, console: &Console) -> Script {
+    let (path, printer, slow) = (args.script.clone(), console.clone(), console.clone());
+    let options = Options {
+        max_operations: args.max_operations.get(),
+        sets: args.set,
+        print: Some(Arc::new(move |text, line| {
+            printer.say(&format!("{}:{line}: {text}", path.display()));
+        })),
+        slow: Some(Arc::new(move |text| slow.warn(text))),
+        ..Options::default()
+    };
+    Script { path: args.script, options }
+}
+
+fn tell(json: bool) -> Tell {
+    if json { Tell::Programs } else { Tell::People }
+}
+
+fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
+    let output = args.output.into_os_string();
+    // The animation's length is not known yet, but no other mistake depends on it.
+    let target = Target::parse(&output, args.format.as_deref(), 1)
+        .map_err(|e| Failure::usage(e.to_string()))?;
+    if target.is_stdout() && args.json {
+        return Err(Failure::usage(
+            "--json and -o - both write to stdout; let -o name a file, or leave --json out",
+        ));
+    }
+    if target.is_stdout() && args.watch {
+        return Err(Failure::usage(
+            "--watch renders again and again, and stdout can take one render; let -o name a file",
+        ));
+    }
+    args.isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
+    Ok(Render {
+        script: script(args.script, console),
+        output,
+        format: args.format,
+        frames: args.frames,
+        size: args.size.map(|(width, height)| [width, height]),
+        draft: if args.draft { Draft::Yes } else { Draft::No },
+        threads: args.threads,
+        isa: args.isa,
+        reuse: if args.no_reuse { Reuse::Never } else { Reuse::Keep },
+        tell: tell(args.json),
+        times: if args.watch { Times::AtEachSave } else { Times::Once },
+    })
+}

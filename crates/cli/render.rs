@@ -1,0 +1,162 @@
+//! `reflet render`: from a script to files.
+
+use crate::console::Console;
+use crate::exit::{Exit, Failure};
+use crate::json::Line;
+use crate::meant::{Render, Tell};
+use crate::progress::{self, Progress};
+use crate::signals::Signals;
+use reflet_film::{Compression, Target};
+use reflet_frame::{Event, Job, RenderError};
+use std::io;
+use std::path::PathBuf;
+
+/// Renders once.
+///
+/// # Errors
+/// Whatever goes wrong; with `--json` the last line on stdout says it, too.
+pub fn run(meant: &Render, console: &Console, signals: &Signals) -> Result<(), Failure> {
+    once(meant, console, signals, &mut Vec::new())
+}
+
+/// Renders once; `inputs` becomes the files that the script read, if it got so far.
+///
+/// # Errors
+/// Like [`run`].
+pub fn once(
+    meant: &Render,
+    console: &Console,
+    signals: &Signals,
+    inputs: &mut Vec<PathBuf>,
+) -> Result<(), Failure> {
+    let result = job(meant, console, signals, inputs);
+    if let (Err(failure), Tell::Programs) = (&result, meant.tell)
+        && let Err(error) = Line::error(failure).print()
+        && error.kind() == io::ErrorKind::BrokenPipe
+    {
+        return Err(Failure::quiet(failure.exit));
+    }
+    result
+}
+
+fn job(
+    meant: &Render,
+    console: &Console,
+    signals: &Signals,
+    inputs: &mut Vec<PathBuf>,
+) -> Result<(), Failure> {
+    let mut stage = meant.script.load()?;
+    *inputs = stage.inputs();
+    let count = stage.with_scene(|scene| scene.animation().frames);
+    let frames = meant.frames.as_ref().map(|ranges| ranges.within(count)).transpose();
+    let frames = frames.map_err(Failure::usage)?;
+    let target = Target::parse(&meant.output, meant.format.as_deref(), count)
+        .map_err(|e| Failure::usage(e.to_string()))?;
+    let job = Job {
+        frames,
+        size: meant.size,
+        draft: meant.draft,
+        threads: meant.threads,
+        isa: meant.isa,
+        reuse: meant.reuse,
+        compression: Compression::default(),
+        target,
+    };
+
+    let mut teller =
+        Teller { meant, console, signals, progress: None, frames: 0, done: 0, unread: None };
+    let result = signals.rendering(&job.target.path_for(0), |cancel| {
+        reflet_frame::render(&mut stage, &job, cancel, &mut |event| teller.event(&event))
+    });
+    *inputs = stage.inputs();
+    if let Some(progress) = &teller.progress {
+        progress.end();
+    }
+    match result {
+        Ok(summary) => match meant.tell {
+            Tell::Programs => Line::done(&summary).print().map_err(|e| unread(&e)),
+            Tell::People => {
+                let frames = (job.frames.as_ref()).map_or(count as usize, Vec::len);
+                let last = job.frames.and_then(|f| f.last().copied()).unwrap_or(count - 1);
+                console.say(&progress::summary(&summary, &place(&job.target, frames, last)));
+                Ok(())
+            }
+        },
+        Err(RenderError::Cancelled) => Err(teller.stopped()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Where the frames went, for the summary; `last` is the last of so many frames.
+fn place(target: &Target, frames: usize, last: u32) -> String {
+    match (target.is_stdout(), frames) {
+        (true, _) => "stdout".into(),
+        (false, 1) => target.path_for(last).display().to_string(),
+        (false, _) if !target.is_numbered() => target.path_for(last).display().to_string(),
+        (false, _) => format!("... {}", target.path_for(last).display()),
+    }
+}
+
+/// An event or the closing line could not be printed.
+fn unread(error: &io::Error) -> Failure {
+    match error.kind() {
+        io::ErrorKind::BrokenPipe => Failure::quiet(Exit::Output),
+        _ => Failure::new(Exit::Output, format!("cannot write to stdout: {error}")),
+    }
+}
+
+/// Tells people or programs what happens.
+struct Teller<'a> {
+    meant: &'a Render,
+    console: &'a Console,
+    signals: &'a Signals,
+    progress: Option<Progress>,
+    frames: usize,
+    done: usize,
+    /// Why the events cannot be told.
+    unread: Option<Failure>,
+}
+
+impl Teller<'_> {
+    fn event(&mut self, event: &Event<'_>) {
+        match event {
+            Event::Started { frames, .. } => self.frames = *frames,
+            Event::Frame(_) => self.done += 1,
+            Event::Warning(_) => {}
+        }
+        if self.meant.tell == Tell::Programs {
+            if self.unread.is_none()
+                && let Err(error) = Line::event(event).print()
+            {
+                // Whoever asked for the render does not listen any more.
+                self.unread = Some(unread(&error));
+                self.signals.cancel();
+            }
+            return;
+        }
+        match event {
+            Event::Started { frames, .. } => {
+                self.progress = Some(Progress::begin(self.console, *frames));
+            }
+            Event::Warning(text) => self.console.warn(text),
+            Event::Frame(_) => {
+                if let Some(progress) = &mut self.progress {
+                    progress.frame(self.done);
+                }
+            }
+        }
+    }
+
+    /// What ended the render.
+    fn stopped(self) -> Failure {
+        if let Some(failure) = self.unread {
+            return failure;
+        }
+        let mut failure = self.signals.failure().unwrap_or_else(|| RenderError::Cancelled.into());
+        failure.message = match (self.done, self.frames) {
+            (0, _) => "stopped before the first frame was done".into(),
+            (done, frames) => format!("stopped; {done} of {frames} frames are done"),
+        };
+        failure
+    }
+}

@@ -1,0 +1,100 @@
+//! `--json`: what programs read.
+
+use crate::room::{Ran, Room, STILL};
+use serde_json::Value;
+use std::process::Stdio;
+
+fn lines(ran: &Ran) -> Vec<Value> {
+    let parsed = ran.text().lines().map(serde_json::from_str::<Value>);
+    parsed.collect::<Result<_, _>>().unwrap_or_else(|e| panic!("{e} in {}", ran.text()))
+}
+
+fn kinds(lines: &[Value]) -> Vec<&str> {
+    lines.iter().map(|line| line["event"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn every_frame_is_an_event() {
+    let room = Room::furnished();
+    let ran = room.good(&["render", "five.rhai", "-o", "o/f-####.png", "--frames", "1-3", "--json"]);
+    assert_eq!(ran.err, "", "people are told nothing");
+    let lines = lines(&ran);
+    assert_eq!(kinds(&lines), ["start", "frame", "frame", "frame", "done"]);
+    assert_eq!(lines[0]["frames"], 3);
+    assert_eq!((&lines[0]["width"], &lines[0]["height"]), (&16.into(), &9.into()));
+    let mut bytes = 0;
+    for (line, frame) in lines[1..4].iter().zip(1..) {
+        assert_eq!(line["frame"], frame);
+        let path = format!("o/f-{frame:04}.png");
+        assert_eq!(line["path"], path);
+        assert!(line["ms"].as_f64().unwrap() > 0.0);
+        assert_eq!(line["bytes"], std::fs::metadata(room.path(&path)).unwrap().len());
+        bytes += line["bytes"].as_u64().unwrap();
+        assert!(line["retraced_pixels"].is_u64());
+        for kind in ["camera", "mirror", "shadow"] {
+            assert!(line["rays"][kind].is_u64(), "{kind}");
+        }
+    }
+    assert_eq!(lines[1]["rays"]["camera"], 16 * 9);
+    assert_eq!(lines[1]["rays"]["mirror"], 0, "nothing mirrors");
+    let done = &lines[4];
+    assert_eq!(done["frames"], 3);
+    assert_eq!(done["bytes"], bytes);
+    let camera: u64 = lines[1..4].iter().map(|l| l["rays"]["camera"].as_u64().unwrap()).sum();
+    assert_eq!(done["rays"]["camera"], camera);
+}
+
+#[test]
+fn warnings_and_errors_are_events_too() {
+    let dark = STILL.replace("light(", "// light(");
+    let room = Room::with(&[("dark.rhai", &dark), ("bad.rhai", "let a = \"b;\n")]);
+    let ran = room.good(&["render", "dark.rhai", "-o", "a.png", "--json"]);
+    let told = lines(&ran);
+    assert_eq!(kinds(&told), ["warning", "start", "frame", "done"]);
+    assert!(told[0]["message"].as_str().unwrap().contains("light"));
+
+    let ran = room.bad(&["render", "bad.rhai", "-o", "a.png", "--json"], 65, &["bad.rhai:1"]);
+    let told = lines(&ran);
+    assert_eq!(kinds(&told), ["error"]);
+    assert_eq!(told[0]["exit"], 65);
+    assert!(told[0]["message"].as_str().unwrap().contains("bad.rhai:1"));
+}
+
+/// `print` goes to stderr with its line, and never between the events.
+#[test]
+fn what_a_script_prints_is_not_among_the_events() {
+    let room = Room::with(&[("p.rhai", &format!("{STILL}print(\"here\");"))]);
+    let ran = room.good(&["render", "p.rhai", "-o", "a.png", "--json"]);
+    assert_eq!(ran.err, "p.rhai:7: here\n");
+    assert_eq!(kinds(&lines(&ran)), ["start", "frame", "done"]);
+    let ran = room.good(&["render", "p.rhai", "-o", "-"]);
+    assert!(ran.err.starts_with("p.rhai:7: here\n"), "{}", ran.err);
+    assert!(ran.out.starts_with(b"P6"));
+}
+
+#[test]
+fn without_json_a_summary_closes_and_no_bar_is_drawn_off_a_terminal() {
+    let room = Room::furnished();
+    let ran = room.good(&["render", "five.rhai", "-o", "f.png", "--threads", "2", "--isa", "scalar"]);
+    assert!(ran.out.is_empty());
+    assert_eq!(ran.err.lines().count(), 2, "{}", ran.err);
+    assert!(ran.err.starts_with("5 frames in "), "{}", ran.err);
+    for word in ["f-0004.png", "720 camera", "0 mirror", "shadow", "Mrays/s", "scalar", "2 threads"] {
+        assert!(ran.err.contains(word), "{word}: {}", ran.err);
+    }
+    assert!(!ran.err.contains('\x1b') && !ran.err.contains('\r'), "{:?}", ran.err);
+}
+
+#[test]
+fn a_listener_that_leaves_ends_the_render_quietly() {
+    let room = Room::furnished();
+    let mut child = room
+        .command(&["render", "five.rhai", "-o", "f.png", "--json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let ran: Ran = child.wait_with_output().unwrap().into();
+    assert_eq!((ran.code, ran.err.as_str()), (Some(74), ""));
+}

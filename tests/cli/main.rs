@@ -1,0 +1,9 @@
+//! The binary as its users meet it: exit codes, files, events, signals.
+
+mod checked;
+mod events;
+mod outputs;
+mod room;
+mod stopped;
+mod usage;
+mod watched;

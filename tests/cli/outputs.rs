@@ -1,0 +1,183 @@
+//! Files: made whole or not at all.
+
+use crate::room::{Ran, Room, png};
+use std::path::Path;
+use std::process::Stdio;
+
+#[test]
+fn every_format_is_made() {
+    let room = Room::furnished();
+    let starts: &[(&str, &[u8])] = &[
+        ("a.png", b"\x89PNG\r\n\x1a\n"),
+        ("a.exr", b"\x76\x2f\x31\x01"),
+        ("a.qoi", b"qoif"),
+        ("a.jpg", b"\xff\xd8\xff"),
+        ("a.ppm", b"P6"),
+        ("a.pfm", b"PF"),
+        ("a.gif", b"GIF89a"),
+        ("a.apng", b"\x89PNG\r\n\x1a\n"),
+        ("a.y4m", b"YUV4MPEG2 W16 H9"),
+    ];
+    for (name, start) in starts {
+        room.good(&["render", "still.rhai", "-o", name]);
+        let bytes = std::fs::read(room.path(name)).unwrap();
+        assert!(bytes.starts_with(start), "{name}: {:?}", &bytes[..16]);
+    }
+    room.good(&["render", "still.rhai", "-o", "picture", "--format", "png"]);
+    assert_eq!(png(&room.path("picture")), png(&room.path("a.png")));
+    assert_eq!(room.made().len(), starts.len() + 1, "no temporary file stays: {:?}", room.made());
+}
+
+#[test]
+fn frames_are_numbered_and_films_are_not() {
+    let room = Room::furnished();
+    room.good(&["render", "five.rhai", "-o", "a.png", "--frames", "2"]);
+    room.good(&["render", "five.rhai", "-o", "new/folder/b%02d.png"]);
+    room.good(&["render", "five.rhai", "-o", "c.gif"]);
+    assert_eq!(room.made(), ["a-0002.png", "c.gif", "new"]);
+    assert_eq!(room.names_in("new/folder").len(), 5);
+    assert_eq!(png(&room.path("a-0002.png")), png(&room.path("new/folder/b02.png")));
+}
+
+#[test]
+fn stdout_takes_a_still_as_ppm_and_an_animation_as_y4m() {
+    let room = Room::furnished();
+    let still = room.good(&["render", "still.rhai", "-o", "-"]);
+    let head = b"P6\n16 9\n255\n";
+    assert!(still.out.starts_with(head), "{:?}", &still.out[..16]);
+    assert_eq!(still.out.len(), head.len() + 16 * 9 * 3);
+    room.good(&["render", "still.rhai", "-o", "a.png"]);
+    assert_eq!(still.out[head.len()..], png(&room.path("a.png")).2);
+    let film = room.good(&["render", "five.rhai", "-o", "-"]);
+    assert!(film.out.starts_with(b"YUV4MPEG2 W16 H9 F10:1 "));
+    let frames = film.out.windows(6).filter(|w| w == b"FRAME\n").count();
+    assert_eq!(frames, 5);
+    assert_eq!(room.made(), ["a.png"]);
+}
+
+#[test]
+fn a_draft_is_a_quarter_in_size() {
+    let room = Room::furnished();
+    room.good(&["render", "still.rhai", "-o", "a.png", "--draft", "--size", "64x10"]);
+    let (width, height, _) = png(&room.path("a.png"));
+    assert_eq!((width, height), (16, 2));
+    room.good(&["render", "still.rhai", "-o", "b.png", "--draft", "--size", "1x3"]);
+    assert_eq!(png(&room.path("b.png")).0, 1);
+}
+
+#[test]
+fn options_of_work_do_not_show() {
+    let room = Room::furnished();
+    let bytes = |name: &str, more: &[&str]| {
+        room.good(&[&["render", "still.rhai", "-o", name, "--size", "50x40"], more].concat());
+        std::fs::read(room.path(name)).unwrap()
+    };
+    let plain = bytes("a.png", &[]);
+    assert_eq!(plain, bytes("b.png", &["--threads", "1"]));
+    assert_eq!(plain, bytes("c.png", &["--threads", "16", "--no-reuse"]));
+    assert_eq!(plain, bytes("d.png", &["--isa", "scalar"]));
+}
+
+#[test]
+fn a_folder_as_target_is_an_error() {
+    let room = Room::furnished();
+    std::fs::create_dir(room.path("dir.png")).unwrap();
+    room.bad(&["render", "still.rhai", "-o", "dir.png"], 74, &["dir.png"]);
+    assert!(room.names_in("dir.png").is_empty());
+    room.bad(&["render", "still.rhai", "-o", "still.rhai/a.png"], 74, &["still.rhai"]);
+    assert_eq!(room.made(), ["dir.png"]);
+}
+
+#[test]
+fn a_file_that_is_there_is_replaced_when_the_new_one_is_whole() {
+    let room = Room::furnished();
+    room.write("a.png", "old");
+    room.write("bad.rhai", "nonsense(");
+    room.bad(&["render", "bad.rhai", "-o", "a.png"], 65, &[]);
+    assert_eq!(std::fs::read(room.path("a.png")).unwrap(), b"old");
+    room.good(&["render", "still.rhai", "-o", "a.png"]);
+    assert_eq!(png(&room.path("a.png")).0, 16);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_stays_a_link() {
+    let room = Room::furnished();
+    std::fs::create_dir(room.path("far")).unwrap();
+    std::os::unix::fs::symlink("far/b.png", room.path("a.png")).unwrap();
+    room.good(&["render", "still.rhai", "-o", "a.png"]);
+    assert!(room.path("a.png").is_symlink());
+    assert_eq!(room.names_in("far"), ["b.png"]);
+    assert_eq!(png(&room.path("a.png")).0, 16);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_device_is_an_output_error() {
+    let room = Room::furnished();
+    for format in ["png", "exr", "ppm", "gif", "apng", "y4m"] {
+        let args = ["render", "still.rhai", "-o", "/dev/full", "--format", format];
+        room.bad(&args, 74, &["/dev/full"]);
+    }
+    room.good(&["render", "still.rhai", "-o", "/dev/null", "--format", "png"]);
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let ran: Ran =
+        room.command(&["render", "still.rhai", "-o", "-"]).stdout(full).output().unwrap().into();
+    assert_eq!(ran.code, Some(74), "{}", ran.err);
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let args = ["render", "still.rhai", "-o", "a.png", "--json"];
+    let ran: Ran = room.command(&args).stdout(full).output().unwrap().into();
+    assert_eq!(ran.code, Some(74), "{}", ran.err);
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let ran: Ran = room.command(&["check", "still.rhai"]).stdout(full).output().unwrap().into();
+    assert_eq!(ran.code, Some(74), "{}", ran.err);
+}
+
+/// A file system that takes no more bytes, or none at all, where this process may mount one.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_and_a_read_only_file_system() {
+    use std::process::Command;
+    struct Mounted(std::path::PathBuf);
+    impl Drop for Mounted {
+        fn drop(&mut self) {
+            let _ = Command::new("umount").arg(&self.0).status();
+        }
+    }
+    let mount = |place: &Path, options: &str| -> Option<Mounted> {
+        std::fs::create_dir(place).unwrap();
+        let mut mount = Command::new("mount");
+        mount.args(["-t", "tmpfs", "-o", options, "tmpfs"]).arg(place).stderr(Stdio::null());
+        mount.status().is_ok_and(|s| s.success()).then(|| Mounted(place.to_path_buf()))
+    };
+    let room = Room::furnished();
+    let Some(_full) = mount(&room.path("full"), "size=64k") else {
+        println!("skipped: this process may not mount a tmpfs");
+        return;
+    };
+    for name in ["full/a.ppm", "full/a.y4m"] {
+        let args = ["render", "still.rhai", "-o", name, "--size", "200x200"];
+        room.bad(&args, 74, &["full/a"]);
+        assert!(room.names_in("full").is_empty(), "{:?}", room.names_in("full"));
+    }
+    let _locked = mount(&room.path("locked"), "ro").expect("a second tmpfs after the first");
+    room.bad(&["render", "still.rhai", "-o", "locked/a.png"], 74, &["locked/a.png"]);
+    room.bad(&["new", "locked/scene"], 74, &["locked/scene.rhai"]);
+}
+
+#[test]
+fn a_reader_that_leaves_gets_no_message() {
+    let room = Room::furnished();
+    for script in ["still.rhai", "five.rhai"] {
+        let mut child = room
+            .command(&["render", script, "-o", "-", "--size", "640x360"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let ran: Ran = child.wait_with_output().unwrap().into();
+        assert_eq!(ran.code, Some(74), "{}", ran.err);
+        assert_eq!(ran.err, "");
+    }
+}
