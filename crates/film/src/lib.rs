@@ -13,6 +13,34 @@
 //! 6. [`Target`]: what `-o OUT` means; [`SafeFile`]: a file that appears under its name only
 //!    when it is whole.
 //!
+//! ```
+//! use reflet_film::*;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let folder = tempfile::tempdir()?;
+//! # let out = folder.path().join("ramp-##.png");
+//! let target = Target::parse(out.as_os_str(), None, 2)?;
+//! let kind = target.format().sample_kind();
+//! let table = TransferTable::new(Transfer::Srgb, kind);
+//! let mut picture = Picture::try_new(Layout::try_new(64, 32, 16)?, kind)?;
+//! let mut kept = KeptBands::new();
+//! for frame in 0..2 {
+//!     for mut tile in picture.tiles_mut() {
+//!         let grey = [tile.index as f32 / 8.0; 16 * 16];
+//!         table.encode_tile([&grey, &grey, &grey], &mut tile.samples);
+//!     }
+//!     let options = StillOptions::default();
+//!     let encoded = encode_still(&picture, target.format(), &options, Some(&mut kept))?;
+//!     assert_eq!(encoded.bands_kept, frame as usize);
+//!     let mut file = target.open(frame)?;
+//!     encoded.write_to(&mut file)?;
+//!     file.commit()?;
+//! }
+//! assert!(folder.path().join("ramp-01.png").exists());
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! Bytes depend on the pixels and the options alone: never on the number of threads, the size of
 //! a tile, the machine, the time, or on what was kept from an earlier frame.
 

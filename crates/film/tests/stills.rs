@@ -105,7 +105,7 @@ fn png_of_every_content_comes_back() {
         let any = |x: u32, y: u32| noise(x, y, 9).to_le_bytes()[..3].try_into().unwrap();
         hold_png(&bytes(300, 70, 16, any), compression);
         // Zeros in runs of every length.
-        let gaps = |x: u32, y: u32| [u8::from(x % (y + 2) == 0), 0, 0];
+        let gaps = |x: u32, y: u32| [u8::from(x.is_multiple_of(y + 2)), 0, 0];
         hold_png(&bytes(333, 90, 16, gaps), compression);
         hold_png(&balls(320, 180, SampleKind::U8, 0.3), compression);
         hold_png(&balls(160, 90, SampleKind::U16, 0.3), compression);
@@ -292,7 +292,7 @@ fn exr_comes_back_bit_for_bit() {
             [
                 f32::from_bits(n),
                 x as f32 / 7.0 - y as f32,
-                if n % 4 == 0 { f32::INFINITY } else { 0.25 },
+                if n.is_multiple_of(4) { f32::INFINITY } else { 0.25 },
             ]
         });
         for format in [Format::Exr, Format::Exr16] {
