@@ -2,13 +2,15 @@
 //!
 //! A closure holds what it captures as shared cells, in the list of its curried arguments. The
 //! cells are walked once, through nested arrays, maps and closures, and the value of each is kept;
-//! before each frame every cell gets its value back.
+//! before each frame every cell gets its value back. A large array of handles that no function can
+//! change is left alone, so that a frame costs what it changes.
 
 use crate::guard::NESTING;
 use crate::handle::Handle;
+use crate::mutation::may_change;
 use crate::trouble::Trouble;
-use rhai::{Dynamic, FnPtr};
-use std::collections::HashSet;
+use rhai::{AST, Dynamic, FnPtr};
+use std::collections::HashMap;
 
 /// How many closures may capture each other in a row.
 const CHAIN: usize = 10_000;
@@ -29,18 +31,22 @@ pub(crate) struct Captured {
 
 impl Captured {
     /// Walks from the roots and keeps the value of every cell.
-    pub fn walk<'a>(roots: impl Iterator<Item = &'a Dynamic>) -> Result<Self, Trouble> {
+    pub fn walk<'a>(ast: &AST, roots: impl Iterator<Item = &'a Dynamic>) -> Result<Self, Trouble> {
         let mut walk = Walk::default();
         for root in roots {
             walk.value(root, 0, 0)?;
         }
         let mut cells = Vec::new();
-        while let Some((cell, links)) = walk.waiting.pop() {
+        while let Some((address, cell, links)) = walk.waiting.pop() {
             let saved = cell.flatten_clone();
             walk.value(&saved, 0, links)?;
-            cells.push(Cell { cell, saved });
+            cells.push((address, Cell { cell, saved }));
         }
-        Ok(Self { cells })
+        cells.retain(|(address, cell)| {
+            let holders = walk.holders.get(address).map_or(&[][..], Vec::as_slice);
+            !large(&cell.saved) || holders.iter().any(|(f, at)| may_change(ast, f, *at))
+        });
+        Ok(Self { cells: cells.into_iter().map(|(_, cell)| cell).collect() })
     }
 
     /// Writes every value back.
@@ -53,11 +59,18 @@ impl Captured {
     }
 }
 
-/// The cells still to be looked into, each with the number of closures on the way to it.
+/// Whether a value is a large array of nothing but handles.
+fn large(value: &Dynamic) -> bool {
+    let is_handle = |item: &Dynamic| item.is::<Handle>();
+    value.as_array_ref().is_ok_and(|array| array.len() > 256 && array.iter().all(is_handle))
+}
+
+/// The walk: cells still to be looked into, each with its address and the number of closures on
+/// the way to it; and who holds each cell, as which of its captured variables.
 #[derive(Default)]
 struct Walk {
-    waiting: Vec<(Dynamic, usize)>,
-    seen: HashSet<usize>,
+    waiting: Vec<(usize, Dynamic, usize)>,
+    holders: HashMap<usize, Vec<(FnPtr, usize)>>,
 }
 
 impl Walk {
@@ -73,14 +86,8 @@ impl Walk {
             )));
         }
         if value.is_shared() {
-            if let Some(inner) = value.read_lock::<Dynamic>()
-                && self.seen.insert(std::ptr::from_ref(&*inner) as usize)
-            {
-                self.waiting.push((value.clone(), links));
-            }
-            return Ok(());
-        }
-        if let Ok(array) = value.as_array_ref() {
+            self.cell(value, links);
+        } else if let Ok(array) = value.as_array_ref() {
             for item in array.iter() {
                 self.value(item, depth + 1, links)?;
             }
@@ -89,11 +96,28 @@ impl Walk {
                 self.value(item, depth + 1, links)?;
             }
         } else if let Some(function) = value.read_lock::<FnPtr>() {
-            for item in function.curry() {
-                self.value(item, depth + 1, links + 1)?;
+            for (at, item) in function.curry().iter().enumerate() {
+                if let Some(address) = self.cell(item, links + 1) {
+                    self.holders.entry(address).or_default().push((function.clone(), at));
+                } else {
+                    self.value(item, depth + 1, links + 1)?;
+                }
             }
         }
         Ok(())
+    }
+
+    /// Notes a shared cell to be looked into, once; its address, if it is one.
+    fn cell(&mut self, value: &Dynamic, links: usize) -> Option<usize> {
+        if !value.is_shared() {
+            return None;
+        }
+        let address = std::ptr::from_ref(&*value.read_lock::<Dynamic>()?) as usize;
+        if let std::collections::hash_map::Entry::Vacant(vacant) = self.holders.entry(address) {
+            vacant.insert(Vec::new());
+            self.waiting.push((address, value.clone(), links));
+        }
+        Some(address)
     }
 }
 

@@ -6,9 +6,11 @@ use rhai::packages::{
     ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage,
     BasicMathPackage, BasicStringPackage, LogicPackage, MoreStringPackage, Package,
 };
-use rhai::{AST, Dynamic, Engine, FnPtr, Module, OptimizationLevel, Position, Scope, Token};
-use std::sync::Arc;
+use rhai::{
+    AST, Dynamic, Engine, FnPtr, LexError, Module, OptimizationLevel, Position, Scope, Token,
+};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// How deep calls may nest: about 10 KB of stack each.
 pub(crate) const CALL_LEVELS: usize = 256;
@@ -25,6 +27,59 @@ pub(crate) struct Meter {
 
 /// Where `print` and `debug` go: the text and its line.
 pub(crate) type Printer = Arc<dyn Fn(&str, usize) + Send + Sync>;
+
+/// What is known of a script while its tokens are read.
+///
+/// Rhai looks every name up in a list of all variables in scope, so a script of many variables
+/// takes time in the square of their number. The steps are estimated, and bounded.
+#[derive(Default)]
+struct Reading {
+    /// The variables in scope, and how many there were where each open block began.
+    variables: u64,
+    blocks: Vec<u64>,
+    steps: u64,
+}
+
+impl Reading {
+    /// The most steps: some seconds.
+    const STEPS: u64 = 400_000_000;
+
+    fn token(&mut self, token: Token, at: Position) -> Token {
+        if at.line() == Some(1) && at.position() == Some(1) {
+            *self = Self::default();
+        }
+        match token {
+            Token::Let | Token::Const => self.variables += 1,
+            Token::LeftBrace | Token::MapStart => self.blocks.push(self.variables),
+            Token::RightBrace => self.variables = self.blocks.pop().unwrap_or(0),
+            Token::Identifier(name) => {
+                self.steps += self.variables;
+                if self.steps > Self::STEPS {
+                    let many = format!(
+                        "{} variables are too many for a script of this length: keep values in arrays or maps",
+                        self.variables
+                    );
+                    return Token::LexError(Box::new(LexError::ImproperSymbol(
+                        name.to_string(),
+                        many,
+                    )));
+                }
+                return match name.as_str() {
+                    "TAU" => constant("TAU", std::f64::consts::TAU),
+                    "PI" => constant("PI", std::f64::consts::PI),
+                    _ => Token::Identifier(name),
+                };
+            }
+            _ => {}
+        }
+        token
+    }
+}
+
+/// A number with a name.
+fn constant(name: &str, value: f64) -> Token {
+    Token::FloatConstant(Box::new((value.into(), name.into())))
+}
 
 /// Builds the engine around a state.
 #[allow(deprecated)] // The token mapper is "volatile", says Rhai; its version is pinned.
@@ -61,14 +116,9 @@ pub(crate) fn build(state: &Shared, meter: &Arc<Meter>, max: u64, print: Printer
         }
         metered.too_large.load(Ordering::Relaxed).then(guard::too_much_memory)
     });
-    engine.on_parse_token(|token, _, _| match token {
-        Token::Identifier(name) if *name == "TAU" => {
-            Token::FloatConstant(Box::new((std::f64::consts::TAU.into(), "TAU".into())))
-        }
-        Token::Identifier(name) if *name == "PI" => {
-            Token::FloatConstant(Box::new((std::f64::consts::PI.into(), "PI".into())))
-        }
-        other => other,
+    let reading = Mutex::new(Reading::default());
+    engine.on_parse_token(move |token, at, _| {
+        reading.lock().unwrap_or_else(PoisonError::into_inner).token(token, at)
     });
     engine.on_print(|_| {});
     engine.on_debug(|_, _, _| {});

@@ -90,9 +90,12 @@ fn mark(f: &mut std::fmt::Formatter<'_>, place: &Place) -> std::fmt::Result {
 /// A position with the text of its line.
 pub(crate) fn place(text: &str, at: Position) -> Option<Place> {
     let line = at.line()?;
-    Some(Place {
-        line,
-        column: at.position().unwrap_or(1).max(1),
-        text: text.lines().nth(line - 1).unwrap_or("").to_owned(),
-    })
+    let text = text.lines().nth(line - 1).unwrap_or("").to_owned();
+    let mut column = at.position().unwrap_or(1).max(1);
+    // Rhai points at the dot for some properties and at the name for others.
+    let mut from = text.chars().skip(column - 1);
+    if from.next() == Some('.') && from.next().is_some_and(char::is_alphabetic) {
+        column += 1;
+    }
+    Some(Place { line, column, text })
 }

@@ -8,6 +8,7 @@ mod handle;
 mod helpers;
 mod locate;
 mod maths;
+mod mutation;
 mod names;
 mod nouns;
 mod own_thread;

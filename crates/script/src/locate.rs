@@ -237,7 +237,16 @@ fn parse_message(kind: &ParseErrorType, text: &str) -> String {
             format!("`{name}` is not part of scene scripts")
         }
         ParseErrorType::ExprTooDeep => "the expression nests too deep: split it with `let`".into(),
-        other => lower(&other.to_string()),
+        other => {
+            let said = other.to_string();
+            match said
+                .strip_prefix("reserved keyword '")
+                .and_then(|s| s.split_once("' is disabled"))
+            {
+                Some((name, _)) => format!("`{name}` is not part of scene scripts"),
+                None => lower(&said),
+            }
+        }
     }
 }
 

@@ -5,6 +5,14 @@ pub(crate) fn did_you_mean<'a>(wrong: &str, known: impl Iterator<Item = &'a str>
     nearest(wrong, known).map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
 }
 
+/// The nearest name, if one is near, and all of them: `; did you mean `x`? It takes x and y`.
+pub(crate) fn offer(wrong: &str, verb: &str, known: &[&str]) -> String {
+    match nearest(wrong, known.iter().copied()) {
+        Some(name) => format!("; did you mean `{name}`? It {verb} {}", listed(known)),
+        None => format!("; it {verb} {}", listed(known)),
+    }
+}
+
 /// The name that was probably meant: few letters away, or a longer or shorter form of the same.
 pub(crate) fn nearest<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let low = wrong.to_lowercase();

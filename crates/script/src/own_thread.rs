@@ -1,12 +1,17 @@
 //! A script's own thread: a large stack, watched from the caller's thread.
 
 use crate::engine::Meter;
+use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// The stack, touched only as deep as a script goes.
-const STACK: usize = 64 << 20;
+/// The stacks to try, largest first; only what a script touches is taken.
+///
+/// A chain of closures, or arrays in arrays, is dropped and copied by recursion, and no limit of
+/// Rhai's counts its links. Per link it takes at most 360 bytes of stack and at least 160 bytes of
+/// heap (measured), so a stack of more than twice the memory allowed cannot overflow first.
+const STACKS: [usize; 4] = [6 << 30, 2 << 30, 512 << 20, 64 << 20];
 /// After this long the caller is told that the script still runs.
 const PATIENCE: Duration = Duration::from_secs(2);
 
@@ -22,17 +27,24 @@ pub(crate) fn run<R: Send>(
 ) -> Option<R> {
     meter.operations.store(0, Ordering::Relaxed);
     meter.too_large.store(false, Ordering::Relaxed);
+    // A spawn that fails drops the closure, so the work waits outside of it.
+    let work = Mutex::new(Some(work));
     std::thread::scope(|scope| {
         let (done, waiting) = channel::<()>();
-        let thread = std::thread::Builder::new()
-            .name("script".into())
-            .stack_size(STACK)
-            .spawn_scoped(scope, move || {
-                // Dropped at the end, also of a panic: that is what the caller waits for.
-                let _done = done;
-                work()
-            })
-            .ok()?;
+        let thread = STACKS.iter().find_map(|stack| {
+            let (done, work) = (done.clone(), &work);
+            std::thread::Builder::new()
+                .name("script".into())
+                .stack_size(*stack)
+                .spawn_scoped(scope, move || {
+                    // Dropped at the end, also of a panic: that is what the caller waits for.
+                    let _done = done;
+                    let work = work.lock().ok().and_then(|mut work| work.take());
+                    work.map(|work| work())
+                })
+                .ok()
+        })?;
+        drop(done);
         let started = Instant::now();
         let before = resident();
         let mut slow = Some(slow);
@@ -48,7 +60,7 @@ pub(crate) fn run<R: Send>(
                 slow();
             }
         }
-        thread.join().ok()
+        thread.join().ok().flatten()
     })
 }
 

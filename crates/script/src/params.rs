@@ -86,15 +86,12 @@ impl Parameters {
         let (name, text) =
             self.sets.iter().find(|(set, _)| self.seen.iter().all(|p| p.name != *set))?;
         let known: Vec<&str> = self.seen.iter().map(|p| p.name.as_str()).collect();
-        let have = if known.is_empty() {
-            "it has no parameters".to_owned()
+        let offer = if known.is_empty() {
+            "; it has no parameters".to_owned()
         } else {
-            format!("it has {}", names::listed(&known))
+            names::offer(name, "has", &known)
         };
-        Some(format!(
-            "`--set {name}={text}`: the script has no parameter `{name}`{}; {have}",
-            names::did_you_mean(name, known.iter().copied())
-        ))
+        Some(format!("`--set {name}={text}`: the script has no parameter `{name}`{offer}"))
     }
 }
 

@@ -67,12 +67,9 @@ fn unknown_key(form: &'static dyn AnyForm, name: &str) -> Trouble {
                 names::listed(&theirs)
             )
         }
-        None => format!(
-            "`{}` has no key `{name}`{}; it takes {}",
-            form.maker(),
-            names::did_you_mean(name, known.iter().copied()),
-            names::listed(&known)
-        ),
+        None => {
+            format!("`{}` has no key `{name}`{}", form.maker(), names::offer(name, "takes", &known))
+        }
     };
     Trouble { unknown: Some(name.to_owned()), ..Trouble::new(message) }
 }
@@ -102,10 +99,24 @@ pub(crate) fn value(
 }
 
 fn refused(info: &'static KeyInfo, given: &Dynamic) -> Trouble {
+    let finite = components(given).all(|x| (x as f32).is_finite());
+    let lost = components(given).any(|x| x != 0.0 && x as f32 == 0.0);
+    let why = match (finite, lost) {
+        (false, _) => ", which is not finite in f32",
+        (true, true) => ", which rounds to 0 in f32",
+        (true, false) => "",
+    };
     Trouble::with_key(
         info.name,
-        format!("`{}` takes {}, got {}", info.name, info.takes.words(), describe(given)),
+        format!("`{}` takes {}, got {}{why}", info.name, info.takes.words(), describe(given)),
     )
+}
+
+/// The numbers in a value.
+fn components(given: &Dynamic) -> impl Iterator<Item = f64> {
+    let vector = colour(given).map(|v| v.to_array().to_vec());
+    let array = || given.as_array_ref().ok().map(|a| a.iter().filter_map(number).collect());
+    vector.or_else(array).unwrap_or_default().into_iter()
 }
 
 /// The value, if it is one that `takes` allows, also after rounding to `f32`.

@@ -83,7 +83,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             max_operations: 1_000_000_000,
-            max_memory: 4 << 30,
+            max_memory: 2 << 30,
             sets: Vec::new(),
             print: None,
             slow: None,
@@ -177,7 +177,6 @@ impl Stage {
                 Ok(()) => finish(&script, &state, &ast, &scope),
                 Err(error) => Err(script.run_error(&error)),
             };
-            take_apart(scope);
             result.map(|captured| (ast, captured))
         };
         let slow = || tell_slow(&options, &source);
@@ -303,19 +302,14 @@ fn finish(
     // Values nested too deep are an error even where no frame function holds them: dropping or
     // copying them could overflow the stack later.
     for (name, _, value) in scope.iter_raw() {
-        Captured::walk(std::iter::once(value))
+        Captured::walk(ast, std::iter::once(value))
             .map_err(|trouble| script.trouble(&trouble, locate::definition(ast, name)))?;
     }
     let roots: Vec<Dynamic> = state.frame_functions.iter().flat_map(FrameFn::roots).collect();
-    let captured =
-        Captured::walk(roots.iter()).map_err(|trouble| script.trouble(&trouble, Position::NONE))?;
+    let captured = Captured::walk(ast, roots.iter())
+        .map_err(|trouble| script.trouble(&trouble, Position::NONE))?;
     state.seal();
     Ok(captured)
-}
-
-/// Lets go of a scope's values one by one, so that a long chain of closures does not recurse.
-fn take_apart(scope: rhai::Scope<'_>) {
-    drop(scope);
 }
 
 fn warnings(state: &State) -> Vec<Warning> {

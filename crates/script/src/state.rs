@@ -310,12 +310,7 @@ fn words_of_wear(fault: &Fault) -> String {
 
 fn unknown_property(kind: Kind, name: &str) -> Box<rhai::EvalAltResult> {
     let known: Vec<&str> = kind.0.keys().iter().map(|k| k.name).collect();
-    trouble(format!(
-        "{} has no `{name}`{}; it has {}",
-        kind.with_article(),
-        names::did_you_mean(name, known.iter().copied()),
-        names::listed(&known)
-    ))
+    trouble(format!("{} has no `{name}`{}", kind.with_article(), names::offer(name, "has", &known)))
 }
 
 /// Registers the makers.

@@ -69,9 +69,8 @@ impl Moment {
             _ => {
                 let known: Vec<&str> = PROPERTIES.iter().map(|p| p.0).collect();
                 return Err(trouble(format!(
-                    "a frame has no `{name}`{}; it has {}",
-                    names::did_you_mean(name, known.iter().copied()),
-                    names::listed(&known)
+                    "a frame has no `{name}`{}",
+                    names::offer(name, "has", &known)
                 )));
             }
         })

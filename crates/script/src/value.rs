@@ -18,7 +18,7 @@ pub(crate) fn describe(value: &Dynamic) -> String {
         return format!("the number {whole}");
     }
     if let Ok(float) = value.as_float() {
-        return format!("the number {float}");
+        return format!("the number {}", short(float));
     }
     if let Ok(text) = value.as_immutable_string_ref() {
         let short: String = text.chars().take(40).collect();
@@ -31,7 +31,13 @@ pub(crate) fn describe(value: &Dynamic) -> String {
         {
             return format!("an array with {} at {odd}", describe_flat(&array[odd]));
         }
-        return format!("an array of {}", array.len());
+        let numbers: Option<Vec<String>> = array.iter().map(|x| number(x).map(short)).collect();
+        return match numbers {
+            Some(numbers) if (1..=4).contains(&numbers.len()) => {
+                format!("[{}]", numbers.join(", "))
+            }
+            _ => format!("an array of {}", array.len()),
+        };
     }
     if let Some(handle) = value.read_lock::<Handle>() {
         return handle.kind.with_article();
@@ -40,6 +46,16 @@ pub(crate) fn describe(value: &Dynamic) -> String {
         return v.to_string();
     }
     describe_flat(value)
+}
+
+/// A number without a long tail of zeros.
+fn short(x: f64) -> String {
+    let size = x.abs();
+    if size != 0.0 && size.is_finite() && !(1e-4..1e15).contains(&size) {
+        format!("{x:e}")
+    } else {
+        x.to_string()
+    }
 }
 
 /// A value in words, without looking inside.
