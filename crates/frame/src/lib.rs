@@ -1,1 +1,22 @@
-//! (room to be furnished)
+//! The loop: the stages in order on one screen, and the only state that outlives a frame.
+//!
+//! | room | holds |
+//! | --- | --- |
+//! | [`job`] | what is asked for |
+//! | [`event`] | what is told while it is done |
+//! | [`run`] | the stages in order |
+//! | [`engine`] | columns to pictures, tile by tile on all threads |
+//! | [`output`] | pictures to files, while the next frame is traced |
+//! | [`memory`] | what this machine has |
+
+pub mod engine;
+pub mod event;
+pub mod job;
+pub mod memory;
+pub mod output;
+pub mod run;
+
+pub use engine::{Engine, EngineOptions};
+pub use event::{Event, FrameReport, RenderError, Summary};
+pub use job::{Draft, Job, Reuse};
+pub use run::render;

@@ -31,7 +31,9 @@ pub struct ShadeScratch {
     below: [Vec<f32>; 3],
     /// The level's own colours.
     own: [Vec<f32>; 3],
+    /// The sum over the samples added so far.
     sum: [Vec<f32>; 3],
+    samples: u32,
 }
 
 impl<'a> Shader<'a> {
@@ -42,36 +44,35 @@ impl<'a> Shader<'a> {
         Shader { columns, level, emissivity }
     }
 
-    /// The colours of a tile of `edge` pixels a side: the mean over its samples' trees.
-    pub fn shade(
-        &self,
-        samples: &[Trees],
-        rect: TileRect,
-        edge: u32,
-        scratch: &mut ShadeScratch,
-        out: &mut TileColours,
-    ) {
-        for (i, trees) in samples.iter().enumerate() {
-            self.shade_sample(trees, scratch);
-            for k in 0..3 {
-                if i == 0 {
-                    scratch.sum[k].clone_from(&scratch.own[k]);
-                } else {
-                    for (s, c) in scratch.sum[k].iter_mut().zip(&scratch.own[k]) {
-                        *s += c;
-                    }
-                }
+    /// Starts the mean over a tile's samples.
+    pub fn begin(&self, scratch: &mut ShadeScratch) {
+        scratch.samples = 0;
+    }
+
+    /// Adds the colours of one sample's trees. Samples are added in their order.
+    pub fn add(&self, trees: &Trees, scratch: &mut ShadeScratch) {
+        self.shade_sample(trees, scratch);
+        for (sum, own) in scratch.sum.iter_mut().zip(&scratch.own) {
+            if scratch.samples == 0 {
+                sum.clone_from(own);
+            } else {
+                sum.iter_mut().zip(own).for_each(|(s, c)| *s += c);
             }
         }
-        let n = samples.len() as f32;
+        scratch.samples += 1;
+    }
+
+    /// Ends the mean: colours of a tile of `edge` pixels a side, of which `rect` is in the picture.
+    pub fn finish(&self, rect: TileRect, edge: u32, scratch: &ShadeScratch, out: &mut TileColours) {
+        let n = scratch.samples as f32;
         let (w, edge) = (rect.width as usize, edge as usize);
-        for k in 0..3 {
-            out.rgb[k].clear();
-            out.rgb[k].resize(edge * edge, 0.0);
+        for (plane, sum) in out.rgb.iter_mut().zip(&scratch.sum) {
+            plane.clear();
+            plane.resize(edge * edge, 0.0);
             for y in 0..rect.height as usize {
-                let row = &mut out.rgb[k][y * edge..][..w];
-                for (o, s) in row.iter_mut().zip(&scratch.sum[k][y * w..]) {
-                    *o = if samples.len() == 1 { *s } else { s / n };
+                for (o, s) in plane[y * edge..][..w].iter_mut().zip(&sum[y * w..]) {
+                    // One sample is its own mean: s / 1 is s.
+                    *o = s / n;
                 }
             }
         }

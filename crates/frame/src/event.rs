@@ -1,0 +1,136 @@
+//! What is told while a job is done, and how it can fail.
+
+use reflet_script::ScriptError;
+use reflet_trace::RayTally;
+use std::path::PathBuf;
+
+/// Something that happened.
+#[derive(Debug)]
+pub enum Event<'a> {
+    /// The script has run and the first frame begins.
+    Started {
+        /// How many frames will be made.
+        frames: usize,
+        /// Width and height in pixels.
+        size: [u32; 2],
+        /// The instructions in use.
+        isa: &'static str,
+        /// Threads that trace.
+        threads: usize,
+    },
+    /// Something that the user may want to mend.
+    Warning(&'a str),
+    /// A frame is on disk.
+    Frame(&'a FrameReport),
+}
+
+/// What a frame took.
+#[derive(Clone, Debug, Default)]
+pub struct FrameReport {
+    /// Which frame.
+    pub frame: u32,
+    /// Its file; `None` for the standard output.
+    pub path: Option<PathBuf>,
+    /// Time of the script's frame function, in nanoseconds, like all times here.
+    pub script_ns: u64,
+    /// Time of packing and comparing.
+    pub pack_ns: u64,
+    /// Time of building what rays are intersected with.
+    pub build_ns: u64,
+    /// Time of tracing and shading.
+    pub trace_ns: u64,
+    /// Time of encoding and writing; it overlaps with the frames after.
+    pub encode_ns: u64,
+    /// Rays cast.
+    pub rays: RayTally,
+    /// Rays as `accel` counted them: closest hits and shadows.
+    pub accel_rays: u64,
+    /// Pixels of which at least one tree was traced.
+    pub retraced_pixels: u64,
+    /// Bytes written.
+    pub bytes: u64,
+    /// Bands of rows that were encoded.
+    pub bands_encoded: u64,
+    /// Bands of rows whose bytes were kept.
+    pub bands_kept: u64,
+}
+
+impl FrameReport {
+    /// The time of all stages of this frame, in nanoseconds.
+    pub fn elapsed_ns(&self) -> u64 {
+        self.script_ns + self.pack_ns + self.build_ns + self.trace_ns + self.encode_ns
+    }
+}
+
+/// What a whole job took.
+#[derive(Clone, Debug, Default)]
+pub struct Summary {
+    /// Frames on disk.
+    pub frames: u64,
+    /// Wall time from the first frame's begin to the last one's end, in nanoseconds.
+    pub elapsed_ns: u64,
+    /// Time that all threads together spent tracing and shading, in nanoseconds of wall time.
+    pub trace_ns: u64,
+    /// Rays cast.
+    pub rays: RayTally,
+    /// Bytes written.
+    pub bytes: u64,
+    /// The instructions in use.
+    pub isa: &'static str,
+    /// Threads that traced.
+    pub threads: usize,
+}
+
+/// Why a job ended early. Frames before it are on disk.
+#[derive(Debug)]
+pub enum RenderError {
+    /// The script is wrong, at a frame or before.
+    Script {
+        /// The frame, if it was in a frame function.
+        frame: Option<u32>,
+        /// What is wrong.
+        error: Box<ScriptError>,
+    },
+    /// A file could not be written.
+    Output {
+        /// The frame that it was for.
+        frame: u32,
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        error: std::io::Error,
+    },
+    /// The picture is too large for this machine.
+    Memory {
+        /// Bytes that are needed.
+        needed: u64,
+        /// Bytes that can be had.
+        available: u64,
+    },
+    /// The job was told to stop.
+    Cancelled,
+    /// The threads could not be started, or something else that is none of the above.
+    Other(String),
+}
+
+impl std::fmt::Display for RenderError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            RenderError::Script { frame: Some(frame), error } => write!(f, "frame {frame}: {error}"),
+            RenderError::Script { frame: None, error } => write!(f, "{error}"),
+            RenderError::Output { frame, path, error } => {
+                write!(f, "frame {frame}: {}: {error}", path.display())
+            }
+            RenderError::Memory { needed, available } => write!(
+                f,
+                "a picture of this size needs {} MiB of memory and {} MiB are free; make it smaller",
+                needed >> 20,
+                available >> 20
+            ),
+            RenderError::Cancelled => f.write_str("stopped"),
+            RenderError::Other(message) => f.write_str(message),
+        }
+    }
+}
+
+impl std::error::Error for RenderError {}

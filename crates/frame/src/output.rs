@@ -1,0 +1,152 @@
+//! Pictures to files, while the next frame is traced.
+
+use crate::engine::nanoseconds;
+use crate::event::{FrameReport, RenderError};
+use rayon::ThreadPool;
+use reflet_film::{
+    Compression, Encoded, FilmSpec, FilmWriter, Fps, KeptBands, PendingFolders, Picture, SafeFile,
+    StillOptions, Target, encode_still,
+};
+use std::io::{BufWriter, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+/// A frame that was shaded and is to be written.
+pub struct Finished {
+    /// Its pixels.
+    pub picture: Picture,
+    /// What it took so far.
+    pub report: FrameReport,
+}
+
+/// What a film needs to know before its first frame.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmInfo {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Frames a second.
+    pub fps: Fps,
+    /// Frames in all.
+    pub frames: u32,
+}
+
+/// Where frames go, in order.
+pub struct Output<'a> {
+    target: Target,
+    compression: Compression,
+    pool: &'a ThreadPool,
+    sink: Sink,
+}
+
+enum Sink {
+    Stills { kept: KeptBands, folders: PendingFolders },
+    Film { writer: Box<FilmWriter<Counted>>, bytes: Arc<AtomicU64> },
+    Done,
+}
+
+/// A file that counts its bytes where the film's owner can see them.
+struct Counted {
+    file: BufWriter<SafeFile>,
+    bytes: Arc<AtomicU64>,
+}
+
+impl Write for Counted {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let n = self.file.write(bytes)?;
+        self.bytes.fetch_add(n as u64, Ordering::Relaxed);
+        Ok(n)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl<'a> Output<'a> {
+    /// Opens what is written to over all frames. Files of single frames are opened one by one.
+    pub fn open(
+        target: Target,
+        compression: Compression,
+        info: FilmInfo,
+        pool: &'a ThreadPool,
+    ) -> Result<Self, (PathBuf, std::io::Error)> {
+        let sink = if target.format().is_film() {
+            let fail = |e| (target.path_for(0), e);
+            let file = target.open(0).map_err(fail)?;
+            let bytes = Arc::new(AtomicU64::new(0));
+            let file = Counted { file: BufWriter::new(file), bytes: bytes.clone() };
+            let spec = FilmSpec {
+                format: target.format(),
+                width: info.size[0],
+                height: info.size[1],
+                fps: info.fps,
+                frames: info.frames,
+                compression,
+            };
+            Sink::Film { writer: Box::new(FilmWriter::new(file, spec).map_err(fail)?), bytes }
+        } else {
+            Sink::Stills { kept: KeptBands::new(), folders: PendingFolders::new() }
+        };
+        Ok(Output { target, compression, pool, sink })
+    }
+
+    /// Encodes and writes the next frame; the report gets what that took.
+    pub fn write(&mut self, frame: &mut Finished) -> Result<(), RenderError> {
+        let start = Instant::now();
+        let index = frame.report.frame;
+        let path = self.target.path_for(index);
+        let result = match &mut self.sink {
+            Sink::Stills { kept, folders } => {
+                let options =
+                    StillOptions { compression: self.compression, ..StillOptions::default() };
+                let format = self.target.format();
+                let encode = || encode_still(&frame.picture, format, &options, Some(kept));
+                let encoded = self.pool.install(encode);
+                let report = &mut frame.report;
+                encoded.and_then(|encoded| {
+                    report.bytes = encoded.len() as u64;
+                    report.bands_encoded = encoded.bands_encoded as u64;
+                    report.bands_kept = encoded.bands_kept as u64;
+                    still(&self.target, index, &encoded, folders)
+                })
+            }
+            Sink::Film { writer, bytes } => {
+                let before = bytes.load(Ordering::Relaxed);
+                let pushed = self.pool.install(|| writer.push(&frame.picture));
+                frame.report.bytes = bytes.load(Ordering::Relaxed) - before;
+                pushed.map(|_| ())
+            }
+            Sink::Done => Ok(()),
+        };
+        frame.report.encode_ns = nanoseconds(start);
+        frame.report.path = (!self.target.is_stdout()).then(|| path.clone());
+        result.map_err(|error| RenderError::Output { frame: index, path, error })
+    }
+
+    /// Ends the film, or syncs the folders; `last` is the last frame, for a message.
+    pub fn finish(&mut self, last: u32) -> Result<(), RenderError> {
+        let result = match std::mem::replace(&mut self.sink, Sink::Done) {
+            Sink::Stills { mut folders, .. } => folders.sync(),
+            Sink::Film { writer, .. } => (*writer)
+                .finish()
+                .and_then(|counted| counted.file.into_inner().map_err(|e| e.into_error()))
+                .and_then(SafeFile::commit),
+            Sink::Done => Ok(()),
+        };
+        let path = self.target.path_for(last);
+        result.map_err(|error| RenderError::Output { frame: last, path, error })
+    }
+}
+
+fn still(
+    target: &Target,
+    frame: u32,
+    encoded: &Encoded,
+    folders: &mut PendingFolders,
+) -> std::io::Result<()> {
+    let mut file = target.open(frame)?;
+    encoded.write_to(&mut file)?;
+    file.commit_in(folders)
+}
