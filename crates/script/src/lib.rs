@@ -1,4 +1,41 @@
-//! Rhai writes the nouns.
+//! Rhai writes the nouns: scene scripts to a [`reflet_scene::Scene`], once and then frame by frame.
+//!
+//! ```
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use reflet_script::{Options, Source, Stage};
+//!
+//! let text = "
+//!     camera(#{ eye: [0, 2, 8], look_at: [0, 1, 0] });
+//!     light(#{ at: [4, 6, 3], emissivity: 30 });
+//!     let chrome = material(#{ diffuse: 0.2 });
+//!     sphere(#{ center: [0, 1, 0], radius: 1, material: chrome });
+//!     animation(#{ frames: 5 });
+//!     on_frame(|f| { chrome.specular = f.t; });
+//! ";
+//! let source = Source { path: "chrome.rhai".into(), text: text.into() };
+//! let mut stage = Stage::load(source, &Options::default())?;
+//! stage.frame(3)?;
+//! assert_eq!(stage.with_scene(|scene| scene.touched().len()), 1);
+//! # Ok(()) }
+//! ```
+//!
+//! This crate is the only one that names rhai. Its rooms, from the outside in:
+//!
+//! | room | holds |
+//! | --- | --- |
+//! | `stage` | a script that has run once, and its frames |
+//! | `own_thread` | the thread it runs on, and the watch over its memory |
+//! | `engine`, `guard` | what of Rhai scripts can reach, and its limits |
+//! | `nouns`, `table` | the one table of makers and keys; a new shape is one entry |
+//! | `parse`, `state`, `handle` | from maps to nouns, from handles to properties |
+//! | `time`, `capture`, `mutation` | frames, and putting captured variables back |
+//! | `vec3`, `maths`, `helpers`, `random`, `params` | what scripts calculate with |
+//! | `trouble`, `locate`, `error`, `names` | what is wrong, where, and what was meant |
+//! | [`reference`](mod@reference) | the language as data |
+//!
+//! What follows is the manual of the language.
+//!
+#![doc = include_str!("../MANUAL.md")]
 
 mod capture;
 mod engine;

@@ -7,7 +7,7 @@ use crate::engine::known;
 use crate::error::{ErrorKind, Note, Place, ScriptError, place};
 use crate::trouble::{Blame, Trouble};
 use crate::{names, reference};
-use rhai::{AST, ASTNode, EvalAltResult, Expr, ParseErrorType, Position, Stmt};
+use rhai::{AST, ASTNode, Engine, EvalAltResult, Expr, ParseErrorType, Position, Stmt};
 use std::path::Path;
 
 /// What is needed to find places.
@@ -16,6 +16,7 @@ pub(crate) struct Script<'a> {
     pub path: &'a Path,
     pub text: &'a str,
     pub ast: Option<&'a AST>,
+    pub engine: &'a Engine,
 }
 
 impl Script<'_> {
@@ -74,7 +75,7 @@ impl Script<'_> {
             EvalAltResult::ErrorParsing(kind, _) => {
                 self.error(ErrorKind::Script, parse_message(kind, self.text), at)
             }
-            other => self.error(ErrorKind::Script, run_message(other, self.text), at),
+            other => self.error(ErrorKind::Script, run_message(other, self), at),
         };
         let anonymous = |name: &str| name.starts_with("anon$");
         // The innermost call is where the failing function was called; a deep recursion shows both
@@ -112,6 +113,7 @@ fn key_place(ast: &AST, call: Position, trouble: &Trouble) -> Option<Position> {
             {
                 let steps: Vec<&str> = trouble.path.iter().copied().collect();
                 if let Some(map) = x.args.first() {
+                    let map = literal(ast, map);
                     found = in_map(map, &steps, trouble.unknown.as_deref());
                 }
             }
@@ -130,6 +132,20 @@ fn key_place(ast: &AST, call: Position, trouble: &Trouble) -> Option<Position> {
         found.is_none()
     });
     found
+}
+
+/// The map literal itself, or the one that a variable of the script was defined with.
+fn literal<'a>(ast: &'a AST, map: &'a Expr) -> &'a Expr {
+    let Expr::Variable(x, ..) = map else { return map };
+    let mut definitions = ast.statements().iter().filter_map(|stmt| match stmt {
+        Stmt::Var(var, ..) if var.0.name == x.1 => Some(&var.1),
+        _ => None,
+    });
+    // With several of one name it is not known which is meant.
+    match (definitions.next(), definitions.next()) {
+        (Some(only), None) => only,
+        _ => map,
+    }
 }
 
 /// Follows keys into nested map literals, as far as they are literals.
@@ -280,10 +296,10 @@ fn unknown_variable(name: &str, text: &str) -> String {
 }
 
 /// A run-time error of Rhai's own in words.
-fn run_message(error: &EvalAltResult, text: &str) -> String {
+fn run_message(error: &EvalAltResult, script: &Script<'_>) -> String {
     match error {
-        EvalAltResult::ErrorVariableNotFound(name, _) => unknown_variable(name, text),
-        EvalAltResult::ErrorFunctionNotFound(signature, _) => unknown_function(signature, text),
+        EvalAltResult::ErrorVariableNotFound(name, _) => unknown_variable(name, script.text),
+        EvalAltResult::ErrorFunctionNotFound(signature, _) => unknown_function(signature, script),
         EvalAltResult::ErrorStackOverflow(_) => format!(
             "calls nest deeper than {}: a recursion without an end?",
             crate::engine::CALL_LEVELS
@@ -314,7 +330,7 @@ fn run_message(error: &EvalAltResult, text: &str) -> String {
 }
 
 /// `sphere (i64)` in words.
-fn unknown_function(signature: &str, text: &str) -> String {
+fn unknown_function(signature: &str, script: &Script<'_>) -> String {
     let (name, types) = signature.split_once(" (").unwrap_or((signature, ""));
     let types = types.trim_end_matches(')');
     let words: Vec<String> = types
@@ -333,8 +349,8 @@ fn unknown_function(signature: &str, text: &str) -> String {
     if let Some(usage) = reference::usage(name) {
         return format!("`{name}` is called as {usage}, got {given}");
     }
-    let mut known = reference::function_names();
-    let own: Vec<&str> = text
+    let own: Vec<&str> = script
+        .text
         .split("fn ")
         .skip(1)
         .filter_map(|rest| rest.split('(').next())
@@ -344,14 +360,15 @@ fn unknown_function(signature: &str, text: &str) -> String {
     if own.contains(&name) {
         return format!("the function `{name}` does not take {given}: count its parameters");
     }
-    known.extend(own);
     if ["eval", "sleep", "timestamp", "exit", "open_file", "import"].contains(&name) {
         return format!("`{name}` is not part of scene scripts");
     }
-    format!(
-        "there is no function `{name}` that takes {given}{}",
-        names::did_you_mean(name, known.into_iter())
-    )
+    let registered = reference::registered(script.engine);
+    let known = own.into_iter().chain(registered.iter().map(String::as_str));
+    if registered.contains(name) {
+        return format!("`{name}` does not take {given}");
+    }
+    format!("there is no function `{name}` that takes {given}{}", names::did_you_mean(name, known))
 }
 
 /// Rhai's names of types in words.

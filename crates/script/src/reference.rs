@@ -1,7 +1,13 @@
 //! What the language has, as data: the manual is held against it.
 
+use crate::engine::{self, Meter};
 use crate::nouns::FORMS;
+use crate::params::Parameters;
+use crate::state::{Shared, State};
 use crate::{maths, time};
+use rhai::Engine;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// One maker, or one of its forms.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +51,10 @@ pub struct Reference {
     pub makers: Vec<MakerEntry>,
     /// The helpers, in the order of the manual.
     pub helpers: Vec<HelperEntry>,
+    /// The functions of numbers.
+    pub maths: Vec<&'static str>,
+    /// The functions and methods that come from Rhai itself: of arrays, maps, strings, numbers.
+    pub rhai: Vec<String>,
     /// The properties of a frame function's argument, with what they are.
     pub frame: &'static [(&'static str, &'static str)],
 }
@@ -68,7 +78,38 @@ pub fn reference() -> Reference {
                 .collect(),
         })
         .collect();
-    Reference { makers, helpers: HELPERS.to_vec(), frame: time::PROPERTIES }
+    Reference {
+        makers,
+        helpers: HELPERS.to_vec(),
+        maths: maths::names(),
+        rhai: from_rhai(&bare_engine()),
+        frame: time::PROPERTIES,
+    }
+}
+
+/// An engine as scripts get it, around an empty scene.
+fn bare_engine() -> Engine {
+    let assets = reflet_assets::Assets::new(Default::default());
+    let state = Shared::new(State::new(assets, Parameters::default()));
+    engine::build(&state, &Arc::new(Meter::default()), 1, Arc::new(|_, _| {}))
+}
+
+/// The names of all functions that an engine has, without operators and properties.
+pub(crate) fn registered(engine: &Engine) -> BTreeSet<String> {
+    identifiers(engine.collect_fn_metadata(None, |f| Some(f.metadata.name.to_string()), true))
+}
+
+fn identifiers(names: Vec<String>) -> BTreeSet<String> {
+    let plain = |name: &String| name.starts_with(char::is_alphabetic) && !name.contains('$');
+    names.into_iter().filter(plain).collect()
+}
+
+fn from_rhai(engine: &Engine) -> Vec<String> {
+    let own = function_names();
+    let mut names = registered(engine);
+    // One name is only registered to say that it is not there.
+    names.retain(|name| !own.contains(&name.as_str()) && name != "to_json");
+    names.into_iter().collect()
 }
 
 const fn helper(name: &'static str, usage: &'static str, doc: &'static str) -> HelperEntry {
@@ -154,4 +195,29 @@ pub(crate) fn function_names() -> Vec<&'static str> {
     names.sort_unstable();
     names.dedup();
     names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_registered_is_documented_and_the_other_way_round() {
+        let engine = bare_engine();
+        let name = |f: rhai::FuncInfo| Some(f.metadata.name.to_string());
+        let own = identifiers(engine.collect_fn_metadata(None, name, false));
+        let all = registered(&engine);
+        let documented: BTreeSet<String> =
+            function_names().into_iter().map(str::to_owned).collect();
+        let missing: Vec<_> = documented.difference(&all).collect();
+        assert!(missing.is_empty(), "documented, but not registered: {missing:?}");
+        // Guards stand before functions of the same names in Rhai's packages.
+        let guards =
+            ["pad", "replace", "split", "to_chars", "to_debug", "to_int", "to_json", "to_string"];
+        let unknown: Vec<_> =
+            own.difference(&documented).filter(|name| !guards.contains(&name.as_str())).collect();
+        assert!(unknown.is_empty(), "registered, but not documented: {unknown:?}");
+        let out = ["eval", "sleep", "exit", "timestamp", "parse_json", "blob", "curry"];
+        assert!(out.iter().all(|name| !all.contains(*name)), "{all:?}");
+    }
 }

@@ -8,11 +8,10 @@ use crate::own_thread;
 use crate::params::{Parameter, Parameters};
 use crate::state::{Phase, Shared, State};
 use crate::time::{FrameFn, Moment};
-use crate::trouble::Trouble;
 use reflet_assets::Assets;
 use reflet_scene::Scene;
 use rhai::{AST, Dynamic, Engine, Position};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -37,14 +36,7 @@ impl Source {
     /// It is missing, no regular file, too long or not UTF-8: [`ErrorKind::Input`].
     pub fn read(path: impl Into<PathBuf>) -> Result<Source, ScriptError> {
         let path = path.into();
-        let wrong = |message: String| ScriptError {
-            kind: ErrorKind::Input,
-            message,
-            path: path.clone(),
-            place: None,
-            notes: Vec::new(),
-            frame: None,
-        };
+        let wrong = |message: String| nowhere(&path, ErrorKind::Input, message);
         let cannot = |e: std::io::Error| wrong(format!("cannot read the script: {e}"));
         let about = std::fs::metadata(&path).map_err(cannot)?;
         if !about.is_file() {
@@ -126,6 +118,8 @@ pub struct Stage {
     captured: Captured,
     parameters: Vec<Parameter>,
     warnings: Vec<Warning>,
+    /// Whether it was said that a frame takes long.
+    told: bool,
 }
 
 impl std::fmt::Debug for Stage {
@@ -154,7 +148,7 @@ impl Stage {
             Arc::new(move |text: &str, line| eprintln!("{}:{line}: {text}", path.display()))
         });
         let engine = engine::build(&state, &meter, options.max_operations, print);
-        let bare = Script { path: &source.path, text: &source.text, ast: None };
+        let bare = Script { path: &source.path, text: &source.text, ast: None, engine: &engine };
         if source.text.len() as u64 > LONGEST || source.text.lines().count() > LINES {
             let message = format!(
                 "the script is longer than {LINES} lines or {LONGEST} bytes: write loops instead"
@@ -181,7 +175,7 @@ impl Stage {
         };
         let slow = || tell_slow(&options, &source);
         let (ast, captured) = own_thread::run(&meter, options.max_memory, slow, run)
-            .unwrap_or_else(|| Err(no_thread(&source)))?;
+            .unwrap_or_else(|| Err(no_thread(&source.path)))?;
         let (functions, parameters, warnings) = {
             let mut state = state.lock();
             let functions = std::mem::take(&mut state.frame_functions);
@@ -198,6 +192,7 @@ impl Stage {
             captured,
             parameters,
             warnings,
+            told: false,
         })
     }
 
@@ -217,8 +212,9 @@ impl Stage {
         if self.functions.is_empty() {
             return Ok(());
         }
-        let Stage { source, engine, ast, state, meter, options, functions, captured, .. } = self;
-        let script = Script { path: &source.path, text: &source.text, ast: Some(ast) };
+        let Stage { source, engine, ast, state, meter, options, functions, captured, told, .. } =
+            self;
+        let script = Script { path: &source.path, text: &source.text, ast: Some(ast), engine };
         let moment = {
             let mut state = state.lock();
             state.epoch += 1;
@@ -232,9 +228,13 @@ impl Stage {
             }
             state.lock().check_written().map_err(|trouble| script.trouble(&trouble, Position::NONE))
         };
-        let slow = || tell_slow(options, source);
+        let slow = || {
+            if !std::mem::replace(told, true) {
+                tell_slow(options, source);
+            }
+        };
         let result = own_thread::run(meter, options.max_memory, slow, run)
-            .unwrap_or_else(|| Err(no_thread(source)));
+            .unwrap_or_else(|| Err(no_thread(&source.path)));
         state.lock().phase = Phase::Script;
         if let Err(mut error) = result {
             self.rewind();
@@ -334,10 +334,11 @@ fn tell_slow(options: &Options, source: &Source) {
     }
 }
 
-fn no_thread(source: &Source) -> ScriptError {
-    Script { path: &source.path, text: &source.text, ast: None }.error(
-        ErrorKind::Script,
-        Trouble::new("the script's thread broke down").message,
-        Position::NONE,
-    )
+fn no_thread(path: &Path) -> ScriptError {
+    nowhere(path, ErrorKind::Script, "the script's thread could not start, or broke down".into())
+}
+
+/// An error that is in no place of the script.
+fn nowhere(path: &Path, kind: ErrorKind, message: String) -> ScriptError {
+    ScriptError { kind, message, path: path.into(), place: None, notes: Vec::new(), frame: None }
 }

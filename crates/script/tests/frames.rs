@@ -274,3 +274,10 @@ fn functions_run_in_order_and_a_failed_frame_leaves_the_scripts_own_scene() {
     assert!(frame(&mut stage, 0).iter().any(|l| l.contains("diffuse: DVec3(6.0, 6.0, 6.0)")));
     assert_eq!(stage.with_scene(|s| s.touched().len()), 1);
 }
+
+#[test]
+fn a_stage_may_move_to_another_thread() {
+    let mut stage = load("let m = material(#{}); on_frame(|f| { m.diffuse = 1; });");
+    let moved = std::thread::spawn(move || stage.frame(0).is_ok());
+    assert!(moved.join().unwrap());
+}
