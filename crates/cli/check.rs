@@ -44,7 +44,7 @@ pub fn run(script: &Script, console: &Console) -> Result<String, Failure> {
     stage.with_scene(|scene| {
         let shapes = Shapes::of(scene);
         look(scene, &shapes, &mut findings);
-        report += &describe(scene, &Survey::of(scene, &shapes));
+        report += &describe(scene, &shapes);
     });
     if stage.has_frame_functions() && animation.frames > 1 {
         let last = animation.frames - 1;
@@ -73,7 +73,8 @@ fn look(scene: &Scene, shapes: &Shapes, findings: &mut Findings) {
     nearby::find(scene, shapes, &name, findings);
 }
 
-fn describe(scene: &Scene, survey: &Survey) -> String {
+fn describe(scene: &Scene, shapes: &Shapes) -> String {
+    let survey = Survey::of(scene, shapes);
     let (image, animation) = (scene.image(), scene.animation());
     let mut text = format!(
         "picture     {}x{}, {} a pixel\n",
@@ -108,7 +109,7 @@ fn describe(scene: &Scene, survey: &Survey) -> String {
         None => writeln!(text, "camera      none"),
     };
     let _ = write!(text, "{survey}");
-    let memory = survey::memory(survey, image);
+    let memory = survey::memory(scene, shapes, &survey);
     let _ = writeln!(text, "memory      about {} for an 8-bit render", bytes(memory));
     text
 }

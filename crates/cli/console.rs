@@ -28,11 +28,6 @@ impl Console {
         Self { terminal, colours: terminal && !set("NO_COLOR"), below: Arc::default() }
     }
 
-    /// Whether there is a line that can keep changing.
-    pub fn is_terminal(&self) -> bool {
-        self.terminal
-    }
-
     /// Writes a line, or several.
     pub fn say(&self, text: &str) {
         let below = self.below.lock().unwrap_or_else(PoisonError::into_inner);

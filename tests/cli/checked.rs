@@ -4,7 +4,9 @@ use crate::room::{FIVE, Room, STILL};
 
 #[test]
 fn a_good_scene_is_described() {
-    let script = format!("{STILL}{FIVE}plane(#{{ point: [0, -1.5, 0], normal: [0, 1, 0], material: #{{ specular: 0.5 }} }});\nlet gloss = param(\"gloss\", 0.25, 0.0, 1.0);\n");
+    let script = format!(
+        "{STILL}{FIVE}plane(#{{ point: [0, -1.5, 0], normal: [0, 1, 0], material: #{{ specular: 0.5 }} }});\nlet gloss = param(\"gloss\", 0.25, 0.0, 1.0);\n"
+    );
     let room = Room::with(&[("a.rhai", &script)]);
     let ran = room.good(&["check", "a.rhai", "--set", "gloss=0.5"]);
     assert_eq!(ran.err, "");

@@ -16,7 +16,8 @@ fn kinds(lines: &[Value]) -> Vec<&str> {
 #[test]
 fn every_frame_is_an_event() {
     let room = Room::furnished();
-    let ran = room.good(&["render", "five.rhai", "-o", "o/f-####.png", "--frames", "1-3", "--json"]);
+    let ran =
+        room.good(&["render", "five.rhai", "-o", "o/f-####.png", "--frames", "1-3", "--json"]);
     assert_eq!(ran.err, "", "people are told nothing");
     let lines = lines(&ran);
     assert_eq!(kinds(&lines), ["start", "frame", "frame", "frame", "done"]);
@@ -75,11 +76,13 @@ fn what_a_script_prints_is_not_among_the_events() {
 #[test]
 fn without_json_a_summary_closes_and_no_bar_is_drawn_off_a_terminal() {
     let room = Room::furnished();
-    let ran = room.good(&["render", "five.rhai", "-o", "f.png", "--threads", "2", "--isa", "scalar"]);
+    let ran =
+        room.good(&["render", "five.rhai", "-o", "f.png", "--threads", "2", "--isa", "scalar"]);
     assert!(ran.out.is_empty());
     assert_eq!(ran.err.lines().count(), 2, "{}", ran.err);
     assert!(ran.err.starts_with("5 frames in "), "{}", ran.err);
-    for word in ["f-0004.png", "720 camera", "0 mirror", "shadow", "Mrays/s", "scalar", "2 threads"] {
+    for word in ["f-0004.png", "720 camera", "0 mirror", "shadow", "Mrays/s", "scalar", "2 threads"]
+    {
         assert!(ran.err.contains(word), "{word}: {}", ran.err);
     }
     assert!(!ran.err.contains('\x1b') && !ran.err.contains('\r'), "{:?}", ran.err);

@@ -13,6 +13,13 @@ fn endless() -> Room {
     Room::with(&[("a.rhai", &format!("{script}{more}"))])
 }
 
+/// An animation that does not get beyond its frame 9. (Frames are told of a few frames later.)
+fn stuck() -> String {
+    format!(
+        "{STILL}animation(#{{ frames: 20 }}); on_frame(|f| {{ if f.index == 9 {{ loop {{ }} }} }});"
+    )
+}
+
 fn signal(child: &Child, name: &str) {
     let sent = Command::new("kill").arg(name).arg(child.id().to_string()).status();
     assert!(sent.unwrap().success());
@@ -68,19 +75,15 @@ fn a_film_that_is_not_whole_does_not_stay() {
 
 #[test]
 fn a_script_that_does_not_end_is_ended() {
-    let stuck = "animation(#{ frames: 9 }); on_frame(|f| { if f.index == 3 { loop { } } });";
-    let room = Room::with(&[("a.rhai", &format!("{STILL}{stuck}")), ("b.rhai", "loop { }")]);
+    let room = Room::with(&[("a.rhai", &stuck()), ("b.rhai", "loop { }")]);
     // In a frame function, while a film is being written.
-    let child = start(&room, "f.y4m", 2);
+    let child = start(&room, "f.y4m", 3);
     signal(&child, "-TERM");
     assert_eq!(end(child).code, Some(143));
     assert_eq!(room.made(), [""; 0]);
     // In the script itself: a message comes after two seconds, and then it is surely running.
-    let mut child = room
-        .command(&["render", "b.rhai", "-o", "b.png"])
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut child =
+        room.command(&["render", "b.rhai", "-o", "b.png"]).stderr(Stdio::piped()).spawn().unwrap();
     let mut told = String::new();
     BufReader::new(child.stderr.as_mut().unwrap()).read_line(&mut told).unwrap();
     assert!(told.contains("Ctrl-C"), "{told}");
@@ -93,9 +96,8 @@ fn a_script_that_does_not_end_is_ended() {
 
 #[test]
 fn a_second_signal_ends_at_once() {
-    let stuck = "animation(#{ frames: 9 }); on_frame(|f| { if f.index == 3 { loop { } } });";
-    let room = Room::with(&[("a.rhai", &format!("{STILL}{stuck}"))]);
-    let child = start(&room, "f.y4m", 2);
+    let room = Room::with(&[("a.rhai", &stuck())]);
+    let child = start(&room, "f.y4m", 3);
     signal(&child, "-INT");
     // Two signals of one kind that come too close are one.
     std::thread::sleep(Duration::from_millis(200));
