@@ -26,7 +26,7 @@ pub(crate) struct Meter {
 }
 
 /// Where `print` and `debug` go: the text and its line.
-pub(crate) type Printer = Arc<dyn Fn(&str, usize) + Send + Sync>;
+pub type Printer = Arc<dyn Fn(&str, usize) + Send + Sync>;
 
 /// What is known of a script while its tokens are read.
 ///

@@ -1,7 +1,7 @@
 //! What is wrong with a script, for the person who wrote it.
 
 use rhai::Position;
-use std::path::PathBuf;
+use std::path::Path;
 
 /// Who has to mend it, which decides the program's exit code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ pub struct ScriptError {
     /// What is wrong, what was expected, and the nearest known name; one line.
     pub message: String,
     /// The script's path, as it was given.
-    pub path: PathBuf,
+    pub path: Box<Path>,
     /// Where it is wrong, if it is in one place.
     pub place: Option<Place>,
     /// More places, from the inside out.

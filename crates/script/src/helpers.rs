@@ -1,5 +1,6 @@
 //! The small functions of animation, vectors and colours.
 
+use crate::maths::Unary;
 use crate::trouble::{Fallible, trouble};
 use crate::value::{colour, describe, need_array, need_number, need_vector, number, vector};
 use crate::vec3::Vec3;
@@ -61,7 +62,7 @@ fn smoothstep(e0: f64, e1: f64, x: f64) -> Fallible<f64> {
 }
 
 /// The easing functions, each from 0 at 0 to 1 at 1.
-pub(crate) const EASINGS: &[(&str, fn(f64) -> f64)] =
+pub(crate) const EASINGS: &[(&str, Unary)] =
     &[("ease_in", ease_in), ("ease_out", ease_out), ("ease_in_out", ease_in_out)];
 
 fn ease_in(t: f64) -> f64 {

@@ -61,7 +61,8 @@ mod trouble;
 mod value;
 mod vec3;
 
+pub use engine::Printer;
 pub use error::{ErrorKind, Note, Place, ScriptError};
 pub use params::Parameter;
 pub use reference::reference;
-pub use stage::{Options, Source, Stage, Warning};
+pub use stage::{Options, Source, Stage, Told, Warning};

@@ -7,7 +7,7 @@ use crate::engine::known;
 use crate::error::{ErrorKind, Note, Place, ScriptError, place};
 use crate::trouble::{Blame, Trouble};
 use crate::{names, reference};
-use rhai::{AST, ASTNode, Engine, EvalAltResult, Expr, ParseErrorType, Position, Stmt};
+use rhai::{AST, ASTNode, Engine, EvalAltResult, Expr, FnPtr, ParseErrorType, Position, Stmt};
 use std::path::Path;
 
 /// What is needed to find places.
@@ -59,7 +59,11 @@ impl Script<'_> {
         }
         // Some errors ("data race") have no position: the nearest call has.
         let call = calls.last().map_or(Position::NONE, |c| c.1);
-        let at = known(inner.position()).unwrap_or(call);
+        let at =
+            known(inner.position()).or(known(call)).unwrap_or_else(|| match (inner, self.ast) {
+                (EvalAltResult::ErrorDataRace(what, _), Some(ast)) => function_place(ast, what),
+                _ => Position::NONE,
+            });
         let mut made = match inner {
             EvalAltResult::ErrorRuntime(value, _) | EvalAltResult::ErrorTerminated(value, _) => {
                 match value.read_lock::<Trouble>() {
@@ -111,10 +115,10 @@ fn key_place(ast: &AST, call: Position, trouble: &Trouble) -> Option<Position> {
             Some(ASTNode::Expr(Expr::FnCall(x, at)) | ASTNode::Stmt(Stmt::FnCall(x, at)))
                 if *at == call =>
             {
-                let steps: Vec<&str> = trouble.path.iter().copied().collect();
+                let steps = &trouble.path;
                 if let Some(map) = x.args.first() {
                     let map = literal(ast, map);
-                    found = in_map(map, &steps, trouble.unknown.as_deref());
+                    found = in_map(map, steps, trouble.unknown.as_deref());
                 }
             }
             Some(ASTNode::Expr(Expr::Property(_, at))) if *at == call => {
@@ -160,6 +164,29 @@ fn in_map(map: &Expr, steps: &[&str], unknown: Option<&str>) -> Option<Position>
         return Some(name.pos);
     }
     in_map(value, rest, unknown).or(Some(name.pos))
+}
+
+/// Where the function stands that a message of Rhai's names in quotes.
+fn function_place(ast: &AST, what: &str) -> Position {
+    let Some(name) = what.split('\'').nth(1) else { return Position::NONE };
+    let mut found = Position::NONE;
+    ast.walk(&mut |path: &[ASTNode]| {
+        match path.last() {
+            Some(ASTNode::Expr(Expr::FnCall(x, at)) | ASTNode::Stmt(Stmt::FnCall(x, at)))
+                if x.name == name =>
+            {
+                found = *at;
+            }
+            Some(ASTNode::Expr(Expr::DynamicConstant(value, at)))
+                if value.read_lock::<FnPtr>().is_some_and(|f| f.fn_name() == name) =>
+            {
+                found = *at;
+            }
+            _ => {}
+        }
+        found.is_none()
+    });
+    found
 }
 
 /// Where a variable of the script itself was defined last.

@@ -4,8 +4,13 @@
 use crate::trouble::{Fallible, trouble};
 use rhai::{Engine, INT};
 
+/// A function of one number.
+pub(crate) type Unary = fn(f64) -> f64;
+/// A function of two numbers.
+type Binary = fn(f64, f64) -> f64;
+
 /// The functions of one number.
-const UNARY: &[(&str, fn(f64) -> f64)] = &[
+const UNARY: &[(&str, Unary)] = &[
     ("sin", libm::sin),
     ("cos", libm::cos),
     ("tan", libm::tan),
@@ -35,7 +40,7 @@ const UNARY: &[(&str, fn(f64) -> f64)] = &[
 ];
 
 /// The functions of two numbers.
-const BINARY: &[(&str, fn(f64, f64) -> f64)] = &[
+const BINARY: &[(&str, Binary)] = &[
     ("atan", libm::atan2),
     ("atan2", libm::atan2),
     ("hypot", libm::hypot),
@@ -63,7 +68,7 @@ fn divide(a: INT, b: INT) -> Fallible<INT> {
 fn whole(x: f64) -> Fallible<INT> {
     let cut = x.trunc();
     // The bounds are powers of two, so they are exact as floats.
-    if cut >= -9_223_372_036_854_775_808.0 && cut < 9_223_372_036_854_775_808.0 {
+    if (-9_223_372_036_854_775_808.0..9_223_372_036_854_775_808.0).contains(&cut) {
         Ok(cut as INT)
     } else {
         Err(trouble(format!("`int` takes a number within 64 bits, got {x}")))

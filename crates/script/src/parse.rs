@@ -191,6 +191,7 @@ fn paint(
 }
 
 /// The trouble inside a Rhai error that we made ourselves.
+#[allow(clippy::boxed_local)] // That is how Rhai's errors come.
 fn gone(error: Box<rhai::EvalAltResult>) -> Trouble {
     match *error {
         rhai::EvalAltResult::ErrorRuntime(value, _) => value

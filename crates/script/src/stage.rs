@@ -55,6 +55,9 @@ impl Source {
     }
 }
 
+/// Who is told a line of text.
+pub type Told = Arc<dyn Fn(&str) + Send + Sync>;
+
 /// How a script is run.
 #[derive(Clone)]
 pub struct Options {
@@ -68,7 +71,7 @@ pub struct Options {
     /// Where `print` and `debug` go, with the script's line; stderr by default.
     pub print: Option<Printer>,
     /// Told once if the script runs for more than two seconds; stderr by default.
-    pub slow: Option<Arc<dyn Fn(&str) + Send + Sync>>,
+    pub slow: Option<Told>,
 }
 
 impl Default for Options {

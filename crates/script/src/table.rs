@@ -146,6 +146,9 @@ pub(crate) enum Role {
     Animation,
 }
 
+/// Whether a noun is one that can be rendered.
+pub(crate) type Check<N> = fn(&N) -> Result<(), Fault>;
+
 /// One maker, or one of its forms: its keys, and the noun that they fill.
 pub(crate) struct Form<N: 'static> {
     pub maker: &'static str,
@@ -155,7 +158,7 @@ pub(crate) struct Form<N: 'static> {
     pub blank: fn() -> N,
     pub fields: &'static [Field<N>],
     /// What must hold between several keys.
-    pub relations: Option<fn(&N) -> Result<(), Fault>>,
+    pub relations: Option<Check<N>>,
     /// The normal of a flat surface, of any length.
     pub normal: Option<fn(&N) -> DVec3>,
 }
