@@ -182,9 +182,9 @@ mod tests {
     fn a_survey_reads_like_a_table() {
         let mut scene = Scene::new();
         let seen = Surface { material: None, visible: true };
-        scene.spawn((Sphere { center: DVec3::new(0.0, 1.0, 0.0), radius: 1.0 }, seen.clone()));
-        scene.spawn((Sphere { center: DVec3::ZERO, radius: 0.5 }, seen.clone()));
-        scene.spawn((Plane { point: DVec3::ZERO, normal: DVec3::Y }, seen.clone()));
+        scene.spawn((Sphere { center: DVec3::new(0.0, 1.0, 0.0), radius: 1.0 }, seen));
+        scene.spawn((Sphere { center: DVec3::ZERO, radius: 0.5 }, seen));
+        scene.spawn((Plane { point: DVec3::ZERO, normal: DVec3::Y }, seen));
         scene.spawn((
             Sphere { center: DVec3::ZERO, radius: 9.0 },
             Surface { visible: false, ..seen },
