@@ -120,6 +120,10 @@ pub struct RenderArgs {
     /// Trace every frame from nothing; the picture is the same
     #[arg(long)]
     pub no_reuse: bool,
+    /// Memory for what is kept between frames: bytes, or with K, M or G; by default a quarter of
+    /// what is free; the picture is the same
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    pub cache_mem: Option<u64>,
     /// The format, whatever the output's ending: png, png16, exr, exr16, qoi, jpg, ppm, pfm, gif,
     /// apng or y4m
     #[arg(long, value_name = "EXT")]
@@ -165,6 +169,20 @@ fn size(text: &str) -> Result<(u32, u32), String> {
         (Some(w), Some(h)) => Ok((w, h)),
         _ => Err("width and height are whole numbers from 1 to 65535, as in 1280x720".into()),
     }
+}
+
+fn bytes(text: &str) -> Result<u64, String> {
+    let number = text.trim_end_matches(['K', 'M', 'G']);
+    let unit = match &text[number.len()..] {
+        "" => Some(1),
+        "K" => Some(1 << 10),
+        "M" => Some(1 << 20),
+        "G" => Some(1 << 30),
+        _ => None,
+    };
+    let digits = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit());
+    let bytes = || number.parse::<u64>().ok()?.checked_mul(unit?);
+    bytes().filter(|_| digits).ok_or_else(|| "a whole number of bytes, as in 512M or 4G".into())
 }
 
 fn threads(text: &str) -> Result<NonZeroUsize, String> {

@@ -5,6 +5,7 @@ use crate::args::Typed;
 use crate::exit::{Exit, Failure};
 use clap::CommandFactory;
 use clap_complete::Shell;
+use std::io::{self, Write};
 
 /// The completion script of a shell.
 pub fn completions(shell: Shell) -> Vec<u8> {
@@ -33,9 +34,36 @@ pub fn man(name: Option<&str>) -> Result<Vec<u8>, Failure> {
             found.display_name(format!("reflet-{name}"))
         }
     };
+    write(page).map_err(|e| Failure::printing(&e))
+}
+
+fn write(page: clap::Command) -> io::Result<Vec<u8>> {
+    let examples = page.get_before_help().map(ToString::to_string);
+    let codes = page.get_after_help().map(ToString::to_string);
+    let commands = page.get_subcommands().next().is_some();
+    let man = clap_mangen::Man::new(page);
     let mut out = Vec::new();
-    clap_mangen::Man::new(page).render(&mut out).map_err(|e| Failure::printing(&e))?;
+    man.render_title(&mut out)?;
+    man.render_name_section(&mut out)?;
+    man.render_synopsis_section(&mut out)?;
+    man.render_description_section(&mut out)?;
+    man.render_options_section(&mut out)?;
+    if commands {
+        man.render_subcommands_section(&mut out)?;
+    }
+    table(&mut out, "EXAMPLES", examples)?;
+    table(&mut out, "EXIT STATUS", codes)?;
     Ok(out)
+}
+
+/// A section of lines that stay as they are; the first, a heading, is left out.
+fn table(out: &mut Vec<u8>, section: &str, text: Option<String>) -> io::Result<()> {
+    let Some(text) = text else { return Ok(()) };
+    writeln!(out, ".SH {section}\n.nf")?;
+    for line in text.lines().skip(1) {
+        writeln!(out, "\\&{}", line.replace('\\', "\\\\").replace('-', "\\-"))?;
+    }
+    writeln!(out, ".fi")
 }
 
 #[cfg(test)]
@@ -49,6 +77,7 @@ mod tests {
         for sub in Typed::command().get_subcommands() {
             let page = String::from_utf8(man(Some(sub.get_name())).unwrap()).unwrap();
             assert!(page.contains(&format!(".TH reflet-{} 1", sub.get_name())), "{page}");
+            assert!(page.contains(".SH EXAMPLES\n.nf\n\\&  reflet "), "{page}");
             assert!(main.contains(&format!("reflet\\-{}", sub.get_name())), "{main}");
         }
         assert_eq!(man(Some("nothing")).unwrap_err().exit, Exit::Usage);

@@ -87,6 +87,8 @@ pub struct Render {
     pub isa: Isa,
     /// Whether frames build on the frame before.
     pub reuse: Reuse,
+    /// Bytes that kept trees may take; a quarter of the free memory if `None`.
+    pub cache_bytes: Option<u64>,
     /// Whom events are told to.
     pub tell: Tell,
     /// Once or at each save.
@@ -156,6 +158,7 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
         threads: args.threads,
         isa: args.isa,
         reuse: if args.no_reuse { Reuse::Never } else { Reuse::Keep },
+        cache_bytes: args.cache_mem,
         tell: tell(args.json),
         times: if args.watch { Times::AtEachSave } else { Times::Once },
     })

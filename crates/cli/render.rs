@@ -59,6 +59,7 @@ fn job(
         threads: meant.threads,
         isa: meant.isa,
         reuse: meant.reuse,
+        cache_bytes: meant.cache_bytes,
         compression: Compression::default(),
         target,
     };
@@ -76,9 +77,9 @@ fn job(
         Ok(summary) => match meant.tell {
             Tell::Programs => Line::done(&summary).print().map_err(|e| unread(&e)),
             Tell::People => {
-                let frames = (job.frames.as_ref()).map_or(count as usize, Vec::len);
-                let last = job.frames.and_then(|f| f.last().copied()).unwrap_or(count - 1);
-                console.say(&progress::summary(&summary, &place(&job.target, frames, last)));
+                let ends = job.frames.as_ref().and_then(|f| Some((*f.first()?, *f.last()?)));
+                let (first, last) = ends.unwrap_or((0, count.saturating_sub(1)));
+                console.say(&progress::summary(&summary, &place(&job.target, first, last)));
                 Ok(())
             }
         },
@@ -87,13 +88,15 @@ fn job(
     }
 }
 
-/// Where the frames went, for the summary; `last` is the last of so many frames.
-fn place(target: &Target, frames: usize, last: u32) -> String {
-    match (target.is_stdout(), frames) {
-        (true, _) => "stdout".into(),
-        (false, 1) => target.path_for(last).display().to_string(),
-        (false, _) if !target.is_numbered() => target.path_for(last).display().to_string(),
-        (false, _) => format!("... {}", target.path_for(last).display()),
+/// Where the frames went, for the summary.
+fn place(target: &Target, first: u32, last: u32) -> String {
+    let path = |frame| target.path_for(frame).display().to_string();
+    match target.is_stdout() {
+        true => "stdout".into(),
+        false if target.is_numbered() && first < last => {
+            format!("{} ... {}", path(first), path(last))
+        }
+        false => path(first),
     }
 }
 

@@ -39,7 +39,8 @@ impl Accel {
     pub fn build(geometry: &Geometry, level: Level, structure: Structure) -> Accel {
         let visible = |kind: ShapeKind| {
             let all = (0..geometry.len() as u32).map(PrimId);
-            let of_kind = move |p: &PrimId| geometry.shape[p.index()].0 == kind && geometry.is_visible(*p);
+            let of_kind =
+                move |p: &PrimId| geometry.shape[p.index()].0 == kind && geometry.is_visible(*p);
             all.filter(of_kind).collect::<Vec<_>>()
         };
         let mut list = Blocks::default();
@@ -66,7 +67,13 @@ impl Accel {
     ///
     /// # Panics
     /// If the columns of `rays` are not padded ([`Rays::pad`]).
-    pub fn closest(&self, rays: &Rays, hits: &mut Hits, scratch: &mut Scratch, counts: &mut RayCounts) {
+    pub fn closest(
+        &self,
+        rays: &Rays,
+        hits: &mut Hits,
+        scratch: &mut Scratch,
+        counts: &mut RayCounts,
+    ) {
         counts.closest += rays.len() as u64;
         let padded = rays.len().next_multiple_of(LANES);
         hits.t.clear();
@@ -85,7 +92,13 @@ impl Accel {
     ///
     /// # Panics
     /// If the columns of `rays` are not padded ([`Rays::pad`]).
-    pub fn any(&self, rays: &Rays, occluded: &mut Vec<bool>, scratch: &mut Scratch, counts: &mut RayCounts) {
+    pub fn any(
+        &self,
+        rays: &Rays,
+        occluded: &mut Vec<bool>,
+        scratch: &mut Scratch,
+        counts: &mut RayCounts,
+    ) {
         counts.any += rays.len() as u64;
         occluded.clear();
         occluded.resize(rays.len(), false);

@@ -86,7 +86,12 @@ pub trait Block: Default + Clone + Send + Sync {
     /// One ray against all lanes.
     fn test<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>) -> Candidate<S>;
     /// Eight rays against one lane.
-    fn test_one<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>, lane: usize) -> Candidate<S>;
+    fn test_one<S: Simd, P: Permute<S>>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, P>,
+        lane: usize,
+    ) -> Candidate<S>;
     /// The box of one lane, in all lanes.
     #[inline(always)]
     fn box_of<S: Simd>(&self, simd: S, lane: usize) -> BoxLanes<S> {
@@ -126,10 +131,19 @@ impl Block for SphereBlock {
     }
 
     #[inline(always)]
-    fn test_one<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>, lane: usize) -> Candidate<S> {
+    fn test_one<S: Simd, P: Permute<S>>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, P>,
+        lane: usize,
+    ) -> Candidate<S> {
         let center = splat(simd, &self.center, lane);
         let radius = F::splat(simd, self.radius[lane]);
-        kernels::sphere(simd, ray, &SphereLanes { center, radius, code: self.frame.code_of(simd, lane) })
+        kernels::sphere(
+            simd,
+            ray,
+            &SphereLanes { center, radius, code: self.frame.code_of(simd, lane) },
+        )
     }
 }
 
@@ -160,9 +174,18 @@ impl Block for PlaneBlock {
     }
 
     #[inline(always)]
-    fn test_one<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>, lane: usize) -> Candidate<S> {
+    fn test_one<S: Simd, P: Permute<S>>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, P>,
+        lane: usize,
+    ) -> Candidate<S> {
         let (point, normal) = (splat(simd, &self.point, lane), splat(simd, &self.normal, lane));
-        kernels::plane(simd, ray, &PlaneLanes { point, normal, code: self.frame.code_of(simd, lane) })
+        kernels::plane(
+            simd,
+            ray,
+            &PlaneLanes { point, normal, code: self.frame.code_of(simd, lane) },
+        )
     }
 }
 
@@ -191,18 +214,28 @@ impl Block for QuadBlock {
     #[inline(always)]
     fn test<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>) -> Candidate<S> {
         let c = &self.corners;
-        let corners = [lanes(simd, &c[0]), lanes(simd, &c[1]), lanes(simd, &c[2]), lanes(simd, &c[3])];
+        let corners =
+            [lanes(simd, &c[0]), lanes(simd, &c[1]), lanes(simd, &c[2]), lanes(simd, &c[3])];
         let normal = lanes(simd, &self.normal);
         kernels::quad(simd, ray, &QuadLanes { corners, normal, code: self.frame.codes(simd) })
     }
 
     #[inline(always)]
-    fn test_one<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>, lane: usize) -> Candidate<S> {
+    fn test_one<S: Simd, P: Permute<S>>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, P>,
+        lane: usize,
+    ) -> Candidate<S> {
         let c = &self.corners;
         let at = |i: usize| splat(simd, &c[i], lane);
         let corners = [at(0), at(1), at(2), at(3)];
         let normal = splat(simd, &self.normal, lane);
-        kernels::quad(simd, ray, &QuadLanes { corners, normal, code: self.frame.code_of(simd, lane) })
+        kernels::quad(
+            simd,
+            ray,
+            &QuadLanes { corners, normal, code: self.frame.code_of(simd, lane) },
+        )
     }
 }
 
@@ -234,10 +267,20 @@ impl Block for TriangleBlock {
     }
 
     #[inline(always)]
-    fn test_one<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>, lane: usize) -> Candidate<S> {
+    fn test_one<S: Simd, P: Permute<S>>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, P>,
+        lane: usize,
+    ) -> Candidate<S> {
         let c = &self.corners;
-        let corners = [splat(simd, &c[0], lane), splat(simd, &c[1], lane), splat(simd, &c[2], lane)];
-        kernels::triangle(simd, ray, &TriangleLanes { corners, code: self.frame.code_of(simd, lane) })
+        let corners =
+            [splat(simd, &c[0], lane), splat(simd, &c[1], lane), splat(simd, &c[2], lane)];
+        kernels::triangle(
+            simd,
+            ray,
+            &TriangleLanes { corners, code: self.frame.code_of(simd, lane) },
+        )
     }
 }
 

@@ -31,7 +31,11 @@ pub struct SphereLanes<S: Simd> {
 /// The near root counts if it is in front and the ray does not leave this sphere; else the far root,
 /// if the ray does not leave it on its outside.
 #[inline(always)]
-pub fn sphere<S: Simd, P: Permute<S>>(simd: S, ray: &RayLanes<S, P>, s: &SphereLanes<S>) -> Candidate<S> {
+pub fn sphere<S: Simd, P: Permute<S>>(
+    simd: S,
+    ray: &RayLanes<S, P>,
+    s: &SphereLanes<S>,
+) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
     let l = sub(s.center, ray.o);
     let b = dot(l, ray.d);
@@ -62,7 +66,11 @@ pub struct PlaneLanes<S: Simd> {
 
 /// Plane: n.(point - o) / n.d.
 #[inline(always)]
-pub fn plane<S: Simd, P: Permute<S>>(simd: S, ray: &RayLanes<S, P>, p: &PlaneLanes<S>) -> Candidate<S> {
+pub fn plane<S: Simd, P: Permute<S>>(
+    simd: S,
+    ray: &RayLanes<S, P>,
+    p: &PlaneLanes<S>,
+) -> Candidate<S> {
     let t = dot(p.normal, sub(p.point, ray.o)) / dot(p.normal, ray.d);
     let hit = t.simd_gt(F::splat(simd, 0.0)) & !ray.last.simd_eq(p.code);
     Candidate { t, hit, code: p.code }
@@ -81,7 +89,11 @@ pub struct QuadLanes<S: Simd> {
 
 /// Quad: inside by the signs of four watertight edge functions, t by its plane.
 #[inline(always)]
-pub fn quad<S: Simd, P: Permute<S>>(simd: S, ray: &RayLanes<S, P>, q: &QuadLanes<S>) -> Candidate<S> {
+pub fn quad<S: Simd, P: Permute<S>>(
+    simd: S,
+    ray: &RayLanes<S, P>,
+    q: &QuadLanes<S>,
+) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
     let [a, b, c, d] = q.corners.map(|corner| sheared(ray, sub(corner, ray.o)));
     let edges = [edge(a, b), edge(b, c), edge(c, d), edge(d, a)];
@@ -92,7 +104,8 @@ pub fn quad<S: Simd, P: Permute<S>>(simd: S, ray: &RayLanes<S, P>, q: &QuadLanes
         any_pos |= e.simd_gt(zero);
     }
     let t = dot(q.normal, sub(q.corners[0], ray.o)) / dot(q.normal, ray.d);
-    let hit = !(any_neg & any_pos) & (any_neg | any_pos) & t.simd_gt(zero) & !ray.last.simd_eq(q.code);
+    let hit =
+        !(any_neg & any_pos) & (any_neg | any_pos) & t.simd_gt(zero) & !ray.last.simd_eq(q.code);
     Candidate { t, hit, code: q.code }
 }
 
@@ -109,7 +122,11 @@ pub struct TriangleLanes<S: Simd> {
 /// of an edge is the exact negative of its neighbour's, and 0 counts as inside for both, so a ray at
 /// a shared edge hits one of the two at least. Both sides count.
 #[inline(always)]
-pub fn triangle<S: Simd, P: Permute<S>>(simd: S, ray: &RayLanes<S, P>, tri: &TriangleLanes<S>) -> Candidate<S> {
+pub fn triangle<S: Simd, P: Permute<S>>(
+    simd: S,
+    ray: &RayLanes<S, P>,
+    tri: &TriangleLanes<S>,
+) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
     let [a, b, c] = tri.corners.map(|corner| sheared(ray, sub(corner, ray.o)));
     let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
@@ -117,7 +134,8 @@ pub fn triangle<S: Simd, P: Permute<S>>(simd: S, ray: &RayLanes<S, P>, tri: &Tri
     let any_pos = u.simd_gt(zero) | v.simd_gt(zero) | w.simd_gt(zero);
     let det = u + v + w;
     let t = (u * a[2] + v * b[2] + w * c[2]) / det;
-    let hit = !(any_neg & any_pos) & !det.simd_eq(zero) & t.simd_gt(zero) & !ray.last.simd_eq(tri.code);
+    let hit =
+        !(any_neg & any_pos) & !det.simd_eq(zero) & t.simd_gt(zero) & !ray.last.simd_eq(tri.code);
     Candidate { t, hit, code: tri.code }
 }
 

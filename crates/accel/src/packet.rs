@@ -15,7 +15,13 @@ struct Best<S: Simd> {
 
 /// Tests all rays against all of `blocks`; `t` and `code` hold the best so far, and are updated.
 #[inline(always)]
-pub fn closest<S: Simd>(simd: S, blocks: &Blocks, rays: &Rays, t: &mut [f32], code: &mut [HitCode]) {
+pub fn closest<S: Simd>(
+    simd: S,
+    blocks: &Blocks,
+    rays: &Rays,
+    t: &mut [f32],
+    code: &mut [HitCode],
+) {
     for first in (0..rays.len()).step_by(LANES) {
         let ray = RayLanes::load(simd, rays, first);
         let lanes = first..first + LANES;
@@ -23,7 +29,8 @@ pub fn closest<S: Simd>(simd: S, blocks: &Blocks, rays: &Rays, t: &mut [f32], co
         for (c, h) in codes.iter_mut().zip(&code[lanes.clone()]) {
             *c = h.0;
         }
-        let mut best = Best { t: ray.ends(simd, &t[lanes.clone()]), code: U::from_slice(simd, &codes) };
+        let mut best =
+            Best { t: ray.ends(simd, &t[lanes.clone()]), code: U::from_slice(simd, &codes) };
         best = closest_of(simd, &blocks.spheres, &ray, best);
         best = closest_of(simd, &blocks.planes, &ray, best);
         best = closest_of(simd, &blocks.quads, &ray, best);

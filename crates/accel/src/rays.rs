@@ -71,6 +71,12 @@ impl Rays {
         self.len += 1;
     }
 
+    /// Appends row `i` of another stream.
+    pub fn push_from(&mut self, other: &Rays, i: usize) {
+        let at = |c: &[Vec<f32>; 3]| [c[0][i], c[1][i], c[2][i]];
+        self.push(at(&other.origin), at(&other.dir), other.t_max[i], other.last[i]);
+    }
+
     /// Makes `len` rays of zeros, to be written in place; the columns are padded to whole lanes.
     pub fn resize(&mut self, len: usize) {
         self.len = len;

@@ -22,7 +22,11 @@ pub struct BoxLanes<S: Simd> {
 /// A plane that contains the ray gives a NaN (0 times infinity), which no comparison takes: the ray
 /// is not bounded by it.
 #[inline(always)]
-pub fn enter<S: Simd, P: Permute<S>>(simd: S, ray: &RayLanes<S, P>, b: &BoxLanes<S>) -> (F<S>, M<S>) {
+pub fn enter<S: Simd, P: Permute<S>>(
+    simd: S,
+    ray: &RayLanes<S, P>,
+    b: &BoxLanes<S>,
+) -> (F<S>, M<S>) {
     let mut entry = F::splat(simd, 0.0);
     let mut exit = F::splat(simd, f32::INFINITY);
     for k in 0..3 {

@@ -11,7 +11,8 @@ struct Dice(u64);
 
 impl Dice {
     fn float(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f64 / f64::from(1 << 24)
     }
 
@@ -45,7 +46,8 @@ impl Dice {
 
 fn scene(dice: &mut Dice, count: u32) -> Columns {
     let mut scene = Scene::new();
-    let camera = Camera::LookAt { eye: DVec3::Z, look_at: DVec3::ZERO, up: DVec3::Y, fov_degrees: 45.0 };
+    let camera =
+        Camera::LookAt { eye: DVec3::Z, look_at: DVec3::ZERO, up: DVec3::Y, fov_degrees: 45.0 };
     scene.singletons.camera = Some(scene.spawn((camera,)));
     for _ in 0..count {
         let surface = Surface { material: None, visible: dice.below(20) > 0 };
@@ -78,7 +80,8 @@ fn scene(dice: &mut Dice, count: u32) -> Columns {
                 }
             }
             _ => {
-                let triangle = Triangle { a: dice.place(4.0), b: dice.place(4.0), c: dice.place(4.0) };
+                let triangle =
+                    Triangle { a: dice.place(4.0), b: dice.place(4.0), c: dice.place(4.0) };
                 if triangle.check().is_ok() {
                     scene.spawn((triangle, surface));
                 }
@@ -222,7 +225,8 @@ fn rays_that_are_none_hit_nothing() {
 #[test]
 fn coincident_surfaces_give_the_hit_to_the_one_made_first() {
     let mut scene = Scene::new();
-    let camera = Camera::LookAt { eye: DVec3::Z, look_at: DVec3::ZERO, up: DVec3::Y, fov_degrees: 45.0 };
+    let camera =
+        Camera::LookAt { eye: DVec3::Z, look_at: DVec3::ZERO, up: DVec3::Y, fov_degrees: 45.0 };
     scene.singletons.camera = Some(scene.spawn((camera,)));
     let surface = Surface { material: None, visible: true };
     for _ in 0..40 {
@@ -239,7 +243,8 @@ fn coincident_surfaces_give_the_hit_to_the_one_made_first() {
     }
     rays.pad();
     assert_equal(&columns, &rays);
-    let accel = Accel::build(&columns.geometry, Isa::Auto.level().expect("always"), Structure::Tree);
+    let accel =
+        Accel::build(&columns.geometry, Isa::Auto.level().expect("always"), Structure::Tree);
     let mut hits = Hits::default();
     accel.closest(&rays, &mut hits, &mut Scratch::default(), &mut RayCounts::default());
     let prims: Vec<_> = hits.code[..rays.len()].iter().filter_map(|c| c.prim()).collect();

@@ -90,9 +90,11 @@ impl Piece {
 
     /// Whether it shares an area with another piece; meeting along an edge is none.
     pub fn overlaps(&self, other: &Piece, plane: &PlaneOf) -> bool {
-        let scale = self.size().max(other.size());
-        let greatest = other.corners.iter().map(|p| p.abs().max_element()).fold(scale, f64::max);
-        if other.corners.iter().any(|p| plane.distance_of(*p) > NEAR * greatest) {
+        let size = self.size().max(other.size());
+        let farthest = other.corners.iter().map(|p| p.abs().max_element()).fold(size, f64::max);
+        // Far from the origin, what differs less than `f32` tells apart is the same.
+        let apart = NEAR * size + f64::from(f32::EPSILON) * farthest;
+        if other.corners.iter().any(|p| plane.distance_of(*p) > apart) {
             return false;
         }
         let (i, j) = plane.axes();
@@ -111,7 +113,7 @@ impl Piece {
                 (t.into_iter().fold(f64::MAX, f64::min), t.into_iter().fold(f64::MIN, f64::max))
             };
             let ((a0, a1), (b0, b1)) = (along(a), along(b));
-            a1.min(b1) - a0.max(b0) > NEAR * greatest
+            a1.min(b1) - a0.max(b0) > apart
         })
     }
 }

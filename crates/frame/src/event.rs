@@ -45,8 +45,12 @@ pub struct FrameReport {
     pub rays: RayTally,
     /// Rays as `accel` counted them: closest hits and shadows.
     pub accel_rays: u64,
-    /// Pixels of which at least one tree was traced.
+    /// Pixels of which at least one tree was made from its root.
     pub retraced_pixels: u64,
+    /// Nodes of kept trees whose point was found again without a ray.
+    pub replayed_nodes: u64,
+    /// Bytes of trees kept for the next frame.
+    pub kept_bytes: u64,
     /// Bytes written.
     pub bytes: u64,
     /// Bands of rows that were encoded.
@@ -116,7 +120,9 @@ pub enum RenderError {
 impl std::fmt::Display for RenderError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            RenderError::Script { frame: Some(frame), error } => write!(f, "frame {frame}: {error}"),
+            RenderError::Script { frame: Some(frame), error } => {
+                write!(f, "frame {frame}: {error}")
+            }
             RenderError::Script { frame: None, error } => write!(f, "{error}"),
             RenderError::Output { frame, path, error } => {
                 write!(f, "frame {frame}: {}: {error}", path.display())

@@ -19,6 +19,8 @@ pub struct Job {
     pub isa: Isa,
     /// Whether frames build on the frame before.
     pub reuse: Reuse,
+    /// Bytes that kept trees may take; a quarter of the free memory if `None`.
+    pub cache_bytes: Option<u64>,
     /// How much time a smaller file is worth.
     pub compression: Compression,
     /// Where the frames go.

@@ -6,6 +6,7 @@
 //! | [`event`] | what is told while it is done |
 //! | [`run`] | the stages in order |
 //! | [`engine`] | columns to pictures, tile by tile on all threads |
+//! | [`reuse`] | what differs between two frames, and so what is done again |
 //! | [`output`] | pictures to files, while the next frame is traced |
 //! | [`memory`] | what this machine has |
 
@@ -14,6 +15,7 @@ pub mod event;
 pub mod job;
 pub mod memory;
 pub mod output;
+pub mod reuse;
 pub mod run;
 
 pub use engine::{Engine, EngineOptions};

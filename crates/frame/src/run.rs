@@ -26,7 +26,15 @@ pub fn render(
     cancel: &AtomicBool,
     events: &mut dyn FnMut(Event<'_>),
 ) -> Result<Summary, RenderError> {
-    let options = EngineOptions { threads: job.threads, isa: job.isa, ..Default::default() };
+    let cache_bytes =
+        job.cache_bytes.or_else(|| memory::available().map(|a| a / 4)).unwrap_or(1 << 30);
+    let options = EngineOptions {
+        threads: job.threads,
+        isa: job.isa,
+        reuse: job.reuse,
+        cache_bytes,
+        ..Default::default()
+    };
     let mut engine = Engine::new(options).map_err(RenderError::Other)?;
     for warning in stage.warnings() {
         events(Event::Warning(&warning.to_string()));
@@ -42,11 +50,8 @@ pub fn render(
     let info = FilmInfo { size, fps, frames: frames.len() as u32 };
 
     let begin = Instant::now();
-    let mut summary = Summary {
-        isa: engine.isa(),
-        threads: engine.threads(),
-        ..Summary::default()
-    };
+    let mut summary =
+        Summary { isa: engine.isa(), threads: engine.threads(), ..Summary::default() };
     events(Event::Started {
         frames: frames.len(),
         size,
@@ -74,43 +79,45 @@ pub fn render(
 
         let mut table = None;
         let mut frame_by_frame = || {
-        for (i, frame) in frames.iter().copied().enumerate() {
-            pictures.reclaim(&written, &mut summary, events)?;
-            if cancel.load(Ordering::Relaxed) {
-                return Err(RenderError::Cancelled);
+            for (i, frame) in frames.iter().copied().enumerate() {
+                pictures.reclaim(&written, &mut summary, events)?;
+                if cancel.load(Ordering::Relaxed) {
+                    return Err(RenderError::Cancelled);
+                }
+                let mut timer = Instant::now();
+                let mut lap = || nanoseconds(std::mem::replace(&mut timer, Instant::now()));
+                // script
+                stage.frame(frame).map_err(|error| script_error(Some(frame), error))?;
+                let script_ns = lap();
+                // pack, diff
+                let changes = stage.with_scene(|scene| packer.update(scene));
+                let pack_ns = lap();
+                // accelerate, trace, shade
+                let columns = packer.columns();
+                let table = transfer(&mut table, columns.model.transfer, kind);
+                let mut picture = pictures.take(&written, &mut summary, events)?;
+                let changes = (i > 0).then_some(&changes);
+                let work = engine
+                    .render(columns, changes, table, &mut picture, cancel)
+                    .map_err(|_| RenderError::Cancelled)?;
+                // film, file
+                let report = FrameReport {
+                    frame,
+                    script_ns,
+                    pack_ns,
+                    build_ns: work.build_ns,
+                    trace_ns: work.trace_ns,
+                    rays: work.rays,
+                    accel_rays: work.counts.closest + work.counts.any,
+                    retraced_pixels: work.retraced_pixels,
+                    replayed_nodes: work.replayed_nodes,
+                    kept_bytes: work.kept_bytes,
+                    ..FrameReport::default()
+                };
+                if finished.send(Finished { picture, report }).is_err() {
+                    break; // the writer has failed: its error is on the way
+                }
             }
-            let mut timer = Instant::now();
-            let mut lap = || nanoseconds(std::mem::replace(&mut timer, Instant::now()));
-            // script
-            stage.frame(frame).map_err(|error| script_error(Some(frame), error))?;
-            let script_ns = lap();
-            // pack, diff
-            let changes = stage.with_scene(|scene| packer.update(scene));
-            let pack_ns = lap();
-            // accelerate, trace, shade
-            let columns = packer.columns();
-            let table = transfer(&mut table, columns.model.transfer, kind);
-            let mut picture = pictures.take(&written, &mut summary, events)?;
-            let changes = (i > 0).then_some(&changes);
-            let work = engine
-                .render(columns, changes, table, &mut picture, cancel)
-                .map_err(|_| RenderError::Cancelled)?;
-            // film, file
-            let report = FrameReport {
-                frame,
-                script_ns,
-                pack_ns,
-                build_ns: work.build_ns,
-                trace_ns: work.trace_ns,
-                rays: work.rays,
-                accel_rays: work.counts.closest + work.counts.any,
-                retraced_pixels: work.retraced_pixels,
-                ..FrameReport::default()
-            };
-            if finished.send(Finished { picture, report }).is_err() {
-                break; // the writer has failed: its error is on the way
-            }
-        }
             Ok(())
         };
         let result = frame_by_frame();
@@ -180,8 +187,8 @@ impl Pictures {
     fn new(engine: &Engine, columns: &Columns, kind: SampleKind) -> Result<Self, RenderError> {
         let [width, height] = columns.view.size;
         let edge = engine.grid(columns).edge;
-        let layout = Layout::try_new(width, height, edge)
-            .map_err(|e| RenderError::Other(e.to_string()))?;
+        let layout =
+            Layout::try_new(width, height, edge).map_err(|e| RenderError::Other(e.to_string()))?;
         let bytes = layout.len() as u64 * kind.bytes() as u64;
         // Beside a picture stand its rows as the encoder keeps them, and the file.
         let (least, usual) = (bytes.saturating_mul(3), bytes.saturating_mul(2 + PICTURES as u64));

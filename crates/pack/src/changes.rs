@@ -7,6 +7,7 @@ use crate::bounds::Aabb;
 use crate::columns::{Columns, LightBits, SurfaceBits};
 use crate::geometry::Geometry;
 use crate::ids::{LightId, MaterialId, SurfaceId};
+use crate::materials::MaterialRow;
 
 /// A surface whose shape, place or visibility changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +44,8 @@ pub struct Changes {
     pub model: bool,
     /// Materials whose numbers differ, ascending.
     pub materials: Vec<MaterialId>,
+    /// Those of them that cast no mirrored ray before and do now.
+    pub woken: Vec<MaterialId>,
     /// Surfaces that wear other materials in the same pattern, ascending.
     pub repainted: Vec<SurfaceId>,
     /// Surfaces whose pattern's cells differ, ascending.
@@ -64,7 +67,11 @@ impl Changes {
     pub fn between(old: &Columns, new: &Columns) -> Changes {
         let mut changes = Changes::default();
         changes.compare_view(old, new);
-        changes.compare_materials(old, new, 0..old.materials.rows.len().max(new.materials.rows.len()));
+        changes.compare_materials(
+            old,
+            new,
+            0..old.materials.rows.len().max(new.materials.rows.len()),
+        );
         for i in 0..old.surfaces.len().max(new.surfaces.len()) {
             changes.compare_surface(i, &SurfaceState::of(old, i), &SurfaceState::of(new, i));
         }
@@ -87,9 +94,21 @@ impl Changes {
 
     fn compare_materials(&mut self, old: &Columns, new: &Columns, ids: std::ops::Range<usize>) {
         for i in ids {
-            let bits = |c: &Columns| c.materials.rows.get(i).map(|m| m.bits());
-            if bits(old) != bits(new) {
-                self.materials.push(MaterialId(i as u32));
+            self.compare_material(i, old.materials.rows.get(i), new.materials.rows.get(i));
+        }
+    }
+
+    pub(crate) fn compare_material(
+        &mut self,
+        i: usize,
+        old: Option<&MaterialRow>,
+        new: Option<&MaterialRow>,
+    ) {
+        if old.map(MaterialRow::bits) != new.map(MaterialRow::bits) {
+            self.materials.push(MaterialId(i as u32));
+            let casts = |m: Option<&MaterialRow>| m.is_some_and(MaterialRow::is_specular);
+            if casts(new) && !casts(old) {
+                self.woken.push(MaterialId(i as u32));
             }
         }
     }
@@ -118,11 +137,18 @@ impl Changes {
         }
     }
 
-    pub(crate) fn compare_light(&mut self, i: usize, old: Option<LightBits>, new: Option<LightBits>) {
+    pub(crate) fn compare_light(
+        &mut self,
+        i: usize,
+        old: Option<LightBits>,
+        new: Option<LightBits>,
+    ) {
         let light = LightId(i as u32);
         self.lights.extend(match (old, new) {
             (Some(a), Some(b)) if a.place != b.place => Some(LightChange::Place(light)),
-            (Some(a), Some(b)) if a.emissivity != b.emissivity => Some(LightChange::Emissivity(light)),
+            (Some(a), Some(b)) if a.emissivity != b.emissivity => {
+                Some(LightChange::Emissivity(light))
+            }
             (None, Some(_)) => Some(LightChange::Added(light)),
             (Some(_), None) => Some(LightChange::Removed(light)),
             _ => None,

@@ -41,7 +41,9 @@ pub(crate) enum ShapeBits {
 /// All of one surface, as bits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct SurfaceBits {
-    pub shape: ShapeBits,
+    /// The first primitive, and the shape: a row that another mesh pushed along is another shape to
+    /// whoever knows its primitives by id.
+    pub shape: (PrimId, ShapeBits),
     pub materials: [MaterialId; 2],
     pub cells: Option<[u32; 11]>,
 }
@@ -77,7 +79,7 @@ impl Columns {
     pub(crate) fn surface_bits(&self, i: usize) -> SurfaceBits {
         let paint = &self.surfaces.paint[i];
         SurfaceBits {
-            shape: self.shape_bits(i),
+            shape: (self.surfaces.first_prim[i], self.shape_bits(i)),
             materials: [paint.even, paint.odd],
             cells: paint.cells.map(|c| c.bits()),
         }

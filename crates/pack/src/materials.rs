@@ -30,9 +30,9 @@ impl MaterialRow {
     /// The bits of all nine numbers.
     pub fn bits(&self) -> [u32; 9] {
         let mut out = [0; 9];
-        for (o, x) in out.iter_mut().zip(
-            self.ambient.iter().chain(&self.diffuse).chain(&self.specular),
-        ) {
+        for (o, x) in
+            out.iter_mut().zip(self.ambient.iter().chain(&self.diffuse).chain(&self.specular))
+        {
             *o = x.to_bits();
         }
         out

@@ -139,7 +139,11 @@ impl Packer {
         for row in surfaces {
             let old = SurfaceState::of(&self.columns, row as usize);
             self.repack_surface(scene, row as usize);
-            changes.compare_surface(row as usize, &old, &SurfaceState::of(&self.columns, row as usize));
+            changes.compare_surface(
+                row as usize,
+                &old,
+                &SurfaceState::of(&self.columns, row as usize),
+            );
         }
 
         self.repack_surfaces(scene, made);
@@ -161,7 +165,12 @@ impl Packer {
             materials: c.materials.rows.len(),
             surfaces: c.surfaces.len(),
             prims: g.len(),
-            shapes: [g.spheres.prim.len(), g.planes.prim.len(), g.quads.prim.len(), g.triangles.prim.len()],
+            shapes: [
+                g.spheres.prim.len(),
+                g.planes.prim.len(),
+                g.quads.prim.len(),
+                g.triangles.prim.len(),
+            ],
             lights: c.lights.len(),
         }
     }
@@ -235,9 +244,7 @@ impl Packer {
         let Some(material) = scene.get::<Material>(key) else { return };
         let slot = &mut self.columns.materials.rows[row as usize];
         let new = MaterialRow::from(material);
-        if slot.bits() != new.bits() {
-            changes.materials.push(MaterialId(row));
-        }
+        changes.compare_material(row as usize, Some(&*slot), Some(&new));
         *slot = new;
     }
 
@@ -288,7 +295,12 @@ impl Packer {
         }
     }
 
-    fn paint(&self, scene: &Scene, material: Option<Key>, (origin, normal): (DVec3, DVec3)) -> Paint {
+    fn paint(
+        &self,
+        scene: &Scene,
+        material: Option<Key>,
+        (origin, normal): (DVec3, DVec3),
+    ) -> Paint {
         let row = |key: Key| match self.rows.get(key.index()) {
             Some(Row::Material(row)) => MaterialId(*row),
             _ => Materials::GREY_MATT,
@@ -309,7 +321,7 @@ impl Packer {
 
 /// Rows made for one frame, kept until they are compared with the next frame's.
 struct Tail {
-    materials: Vec<[u32; 9]>,
+    materials: Vec<MaterialRow>,
     surfaces: Vec<SurfaceState>,
     lights: Vec<LightBits>,
 }
@@ -317,7 +329,7 @@ struct Tail {
 impl Tail {
     fn of(c: &Columns, base: &Lengths) -> Tail {
         Tail {
-            materials: c.materials.rows[base.materials..].iter().map(|m| m.bits()).collect(),
+            materials: c.materials.rows[base.materials..].to_vec(),
             surfaces: (base.surfaces..c.surfaces.len()).map(|i| SurfaceState::of(c, i)).collect(),
             lights: (base.lights..c.lights.len()).map(|i| c.light_bits(i)).collect(),
         }
@@ -327,16 +339,19 @@ impl Tail {
         let gone = SurfaceState::of(c, usize::MAX);
         let new = Tail::of(c, base);
         for i in 0..was.materials.max(is.materials) - base.materials {
-            if self.materials.get(i) != new.materials.get(i) {
-                out.materials.push(MaterialId((base.materials + i) as u32));
-            }
+            let row = base.materials + i;
+            out.compare_material(row, self.materials.get(i), new.materials.get(i));
         }
         for i in 0..was.surfaces.max(is.surfaces) - base.surfaces {
             let old = self.surfaces.get(i).unwrap_or(&gone);
             out.compare_surface(base.surfaces + i, old, new.surfaces.get(i).unwrap_or(&gone));
         }
         for i in 0..was.lights.max(is.lights) - base.lights {
-            out.compare_light(base.lights + i, self.lights.get(i).copied(), new.lights.get(i).copied());
+            out.compare_light(
+                base.lights + i,
+                self.lights.get(i).copied(),
+                new.lights.get(i).copied(),
+            );
         }
     }
 }
@@ -386,7 +401,11 @@ fn f32s(v: DVec3) -> [f32; 3] {
 impl Surfaces {
     fn push_blank(&mut self, key: Key, first: PrimId, prims: u32, mesh: Option<Arc<Mesh>>) {
         self.key.push(key);
-        self.paint.push(Paint { even: Materials::GREY_MATT, odd: Materials::GREY_MATT, cells: None });
+        self.paint.push(Paint {
+            even: Materials::GREY_MATT,
+            odd: Materials::GREY_MATT,
+            cells: None,
+        });
         self.first_prim.push(first);
         self.prims.push(prims);
         self.visible.push(true);

@@ -1,42 +1,17 @@
-//! The first pass: the ray trees of a tile, level by level.
+//! The first pass: the ray trees of a tile, level by level; from nothing, or grown on from those of
+//! the frame before.
 
 use crate::camera;
 use crate::grid::TileRect;
-use crate::interact::Interactions;
 use crate::lighting;
 use crate::mirror;
 use crate::palette::{PaletteIndex, Slot};
+use crate::stream::{RayTally, Stream};
 use crate::trees::{Level, Trees};
 use fearless_simd::dispatch;
-use reflet_accel::{Accel, Hits, RayCounts, Rays, Scratch};
+use reflet_accel::{Accel, HitCode, RayCounts, Rays, Scratch};
 use reflet_pack::surfaces::Cells;
 use reflet_pack::{Columns, LightId};
-
-/// Rays cast, by kind.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct RayTally {
-    /// From the eye.
-    pub camera: u64,
-    /// From mirrors.
-    pub mirror: u64,
-    /// To lights.
-    pub shadow: u64,
-}
-
-impl RayTally {
-    /// The sum of all kinds.
-    pub fn total(&self) -> u64 {
-        self.camera + self.mirror + self.shadow
-    }
-}
-
-impl std::ops::AddAssign for RayTally {
-    fn add_assign(&mut self, other: RayTally) {
-        self.camera += other.camera;
-        self.mirror += other.mirror;
-        self.shadow += other.shadow;
-    }
-}
 
 /// Memory of one thread for the first pass, and what it counted.
 #[derive(Default)]
@@ -45,17 +20,29 @@ pub struct TraceScratch {
     pub rays: RayTally,
     /// The same rays, counted where they entered `accel`.
     pub counts: RayCounts,
-    stream: Rays,
+    /// Nodes whose position was found again without a ray.
+    pub replayed: u64,
+    pub(crate) known: Stream,
+    pub(crate) fresh: Stream,
     next: Rays,
-    hits: Hits,
-    points: Interactions,
-    shadow: Rays,
-    shadow_rows: Vec<u16>,
+    pub(crate) shadow: Rays,
+    pub(crate) shadow_rows: Vec<u16>,
     occluded: Vec<bool>,
-    mirror_rows: Vec<u16>,
-    totals: Vec<f32>,
+    rows: Vec<u16>,
+    childless: Vec<bool>,
     palette: PaletteIndex,
     accel: Scratch,
+}
+
+impl TraceScratch {
+    /// Marks the nodes of a level that have no mirrored ray.
+    fn find_childless(&mut self, trees: &Trees, depth: usize) {
+        self.childless.clear();
+        self.childless.resize(trees.levels[depth].len(), true);
+        for parent in trees.levels.get(depth + 1).map_or(&[][..], |below| &below.parent) {
+            self.childless[usize::from(*parent)] = false;
+        }
+    }
 }
 
 /// What the first pass reads.
@@ -66,113 +53,280 @@ pub struct Tracer<'a> {
     pub accel: &'a Accel,
 }
 
+/// What of kept trees is found anew. Rays are cast only for that.
+#[derive(Clone, Debug, Default)]
+pub struct Revision {
+    /// Lights whose terms are computed anew at every node, ascending.
+    pub relight: Vec<LightId>,
+    /// Whether cells of patterns are looked up again.
+    pub cells: PatternCells,
+}
+
+/// Whether cells of patterns are looked up again.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PatternCells {
+    /// They are as they were.
+    #[default]
+    Keep,
+    /// They may have changed.
+    Again,
+}
+
 impl Tracer<'_> {
     /// Makes the ray trees of one sample of a tile from scratch.
-    pub fn grow(&self, rect: TileRect, sample: u32, trees: &mut Trees, scratch: &mut TraceScratch) {
+    pub fn grow(&self, rect: TileRect, sample: u32, trees: &mut Trees, s: &mut TraceScratch) {
         trees.clear();
-        scratch.palette.start(&[], self.columns.surfaces.len());
-        camera::rays(&self.columns.view, rect, sample, &mut scratch.stream);
-        scratch.rays.camera += scratch.stream.len() as u64;
-        scratch.totals.clear();
-        scratch.totals.resize(scratch.stream.len(), 0.0);
-        let mut depth = 0;
-        while !scratch.stream.is_empty() {
+        s.palette.start(&[], self.columns.surfaces.len());
+        s.known.clear();
+        camera::rays(&self.columns.view, rect, sample, &mut s.fresh.rays);
+        s.fresh.parents.clear();
+        s.fresh.parents.extend(0..rect.pixels() as u16);
+        self.descend(trees, &Revision::default(), s);
+    }
+
+    /// Makes the trees of some of a tile's pixels from scratch. At level 0 they have one row a
+    /// pixel of `pixels`, whose parent is the pixel.
+    pub(crate) fn grow_some(
+        &self,
+        (rect, sample): (TileRect, u32),
+        pixels: &[u16],
+        trees: &mut Trees,
+        s: &mut TraceScratch,
+    ) {
+        trees.clear();
+        s.palette.start(&trees.palette, self.columns.surfaces.len());
+        s.known.clear();
+        camera::rays(&self.columns.view, rect, sample, &mut s.next);
+        s.fresh.rays.clear();
+        for pixel in pixels {
+            s.fresh.rays.push_from(&s.next, usize::from(*pixel));
+        }
+        s.fresh.rays.pad();
+        s.fresh.parents.clear();
+        s.fresh.parents.extend_from_slice(pixels);
+        self.descend(trees, &Revision::default(), s);
+    }
+
+    /// Brings kept trees up to date: the terms of `revision`'s lights and cells, and levels below
+    /// nodes that reflect now and did not before. What is kept is replayed: each node's point is
+    /// found again from its parent's, by the kernel of the surface that it is known to lie on.
+    pub fn revise(
+        &self,
+        (rect, sample): (TileRect, u32),
+        trees: &mut Trees,
+        revision: &Revision,
+        s: &mut TraceScratch,
+    ) {
+        s.palette.start(&trees.palette, self.columns.surfaces.len());
+        camera::rays(&self.columns.view, rect, sample, &mut s.known.rays);
+        s.fresh.clear();
+        self.descend(trees, revision, s);
+    }
+
+    /// Whether some node of kept trees reflects now and has no mirrored ray.
+    pub fn lacks_levels(&self, trees: &Trees, s: &mut TraceScratch) -> bool {
+        (0..trees.levels.len()).any(|depth| {
+            s.find_childless(trees, depth);
+            let level = &trees.levels[depth];
+            (0..level.len()).any(|row| s.childless[row] && self.reflects(trees, depth, row))
+        })
+    }
+
+    /// Level by level: `s.known` holds the rays of the level's own nodes, in their order, and
+    /// `s.fresh` those of new ones, which come after them.
+    fn descend(&self, trees: &mut Trees, revision: &Revision, s: &mut TraceScratch) {
+        s.known.totals.clear();
+        s.known.totals.resize(s.known.rays.len(), 0.0);
+        s.fresh.totals.clear();
+        s.fresh.totals.resize(s.fresh.rays.len(), 0.0);
+        s.rays.camera += s.fresh.rays.len() as u64;
+        for depth in 0.. {
+            if s.known.rays.is_empty() && s.fresh.rays.is_empty() {
+                break;
+            }
             if trees.levels.len() == depth {
                 trees.levels.push(Level::default());
             }
-            self.grow_level(depth, trees, scratch);
-            depth += 1;
+            let kept = trees.levels[depth].len();
+            self.replay(&trees.levels[depth], s);
+            self.intersect(s);
+            let level = &mut trees.levels[depth];
+            if revision.cells == PatternCells::Again {
+                self.look_up_cells(level, &mut trees.palette, s);
+            }
+            self.append(level, &mut trees.palette, s);
+            self.light(level, kept, &revision.relight, s);
+            self.cast(trees, depth, kept, s);
         }
-        trees.levels.truncate(depth);
+        while trees.levels.last().is_some_and(Level::is_empty) {
+            trees.levels.pop();
+        }
     }
 
-    /// Intersects the stream, makes its nodes, and leaves the mirrored rays as the next stream.
-    fn grow_level(&self, depth: usize, trees: &mut Trees, scratch: &mut TraceScratch) {
-        let len = scratch.stream.len();
-        let level = &mut trees.levels[depth];
-        if depth == 0 {
-            level.parent.extend(0..len as u16);
-        } else {
-            level.parent.extend_from_slice(&scratch.mirror_rows);
-        }
-        let s = &mut *scratch;
-        self.accel.closest(&s.stream, &mut s.hits, &mut s.accel, &mut s.counts);
-        dispatch!(self.accel.level(), simd => s.points.find(simd, &self.columns.geometry, &s.stream, &s.hits));
-        level.code.extend_from_slice(&s.hits.code[..len]);
-        self.place(level, &mut trees.palette, s);
-        self.light(level, s);
-        self.cast(depth, level, &trees.palette, s);
+    /// Finds the points of the level's own nodes again, without a traversal.
+    fn replay(&self, level: &Level, s: &mut TraceScratch) {
+        s.replayed += s.known.rays.len() as u64;
+        s.known.replay(self.columns, &level.code);
+        let g = &self.columns.geometry;
+        dispatch!(self.accel.level(), simd => s.known.find(simd, g));
     }
 
-    /// Path lengths and slots.
-    fn place(&self, level: &mut Level, palette: &mut Vec<Slot>, s: &mut TraceScratch) {
+    /// Finds what the new rays hit.
+    fn intersect(&self, s: &mut TraceScratch) {
+        let fresh = &mut s.fresh;
+        self.accel.closest(&fresh.rays, &mut fresh.hits, &mut s.accel, &mut s.counts);
+        let g = &self.columns.geometry;
+        dispatch!(self.accel.level(), simd => s.fresh.find(simd, g));
+    }
+
+    /// Slots of the level's own nodes, as cells are now.
+    fn look_up_cells(&self, level: &mut Level, palette: &mut Vec<Slot>, s: &mut TraceScratch) {
         for (row, code) in level.code.iter().enumerate() {
-            let Some(prim) = code.prim() else {
-                level.slot.push(0);
-                level.total.push(1.0);
-                continue;
-            };
-            let surface = self.columns.surface_of(prim);
-            let odd = match &self.columns.paint(surface).cells {
-                Some(cells) => is_odd(cells, [0, 1, 2].map(|k| s.points.p[k][row])),
-                None => false,
-            };
-            level.slot.push(s.palette.number(Slot { surface, odd }, palette));
-            level.total.push(s.totals[row] + s.hits.t[row]);
+            level.slot[row] = self.slot(*code, s.known.point(row), palette, &mut s.palette);
         }
     }
 
-    /// One column a light.
-    fn light(&self, level: &mut Level, s: &mut TraceScratch) {
+    /// Makes nodes of the new rays: what they hit, path lengths and slots.
+    fn append(&self, level: &mut Level, palette: &mut Vec<Slot>, s: &mut TraceScratch) {
+        let fresh = &s.fresh;
+        level.parent.extend_from_slice(&fresh.parents);
+        for row in 0..fresh.rays.len() {
+            let code = fresh.hits.code[row];
+            let total = if code.is_none() { 1.0 } else { fresh.totals[row] + fresh.hits.t[row] };
+            level.code.push(code);
+            level.total.push(total);
+            level.slot.push(self.slot(code, fresh.point(row), palette, &mut s.palette));
+        }
+    }
+
+    fn slot(
+        &self,
+        code: HitCode,
+        p: [f32; 3],
+        palette: &mut Vec<Slot>,
+        index: &mut PaletteIndex,
+    ) -> u16 {
+        let Some(prim) = code.prim() else { return 0 };
+        let surface = self.columns.surface_of(prim);
+        let odd = self.columns.paint(surface).cells.as_ref().is_some_and(|c| is_odd(c, p));
+        index.number(Slot { surface, odd }, palette)
+    }
+
+    /// One column a light: of all nodes for those in `relight`, else of the new ones.
+    fn light(&self, level: &mut Level, kept: usize, relight: &[LightId], s: &mut TraceScratch) {
         let lights = self.columns.lights.len();
         level.light.resize_with(lights, Vec::new);
-        for (i, term) in level.light.iter_mut().enumerate() {
-            let place = self.columns.light_place(LightId(i as u32));
-            dispatch!(self.accel.level(), simd => lighting::aim(
-                simd, &place, &s.points, &level.code, term, &mut s.shadow, &mut s.shadow_rows
-            ));
-            s.rays.shadow += s.shadow.len() as u64;
-            self.accel.any(&s.shadow, &mut s.occluded, &mut s.accel, &mut s.counts);
-            for (row, hidden) in s.shadow_rows.iter().zip(&s.occluded) {
-                if *hidden {
-                    term[usize::from(*row)] = 0.0;
-                }
+        for (i, terms) in level.light.iter_mut().enumerate() {
+            let id = LightId(i as u32);
+            terms.resize(kept, 0.0); // a light that is new has no terms yet
+            if relight.binary_search(&id).is_ok() {
+                self.light_stream(id, &level.code[..kept], Which::Known, terms, 0, s);
+            }
+            self.light_stream(id, &level.code[kept..], Which::Fresh, terms, kept, s);
+        }
+    }
+
+    /// Writes the terms of one light at the points of one stream from row `first` of `terms` on.
+    fn light_stream(
+        &self,
+        light: LightId,
+        codes: &[HitCode],
+        which: Which,
+        terms: &mut Vec<f32>,
+        first: usize,
+        s: &mut TraceScratch,
+    ) {
+        let place = self.columns.light_place(light);
+        let points = match which {
+            Which::Known => &s.known.points,
+            Which::Fresh => &s.fresh.points,
+        };
+        if codes.is_empty() {
+            return;
+        }
+        terms.resize(first + codes.len(), 0.0);
+        let out = &mut terms[first..first + codes.len()];
+        let (shadow, rows) = (&mut s.shadow, &mut s.shadow_rows);
+        dispatch!(self.accel.level(), simd => lighting::aim(simd, &place, points, codes, out, shadow, rows));
+        s.rays.shadow += s.shadow.len() as u64;
+        self.accel.any(&s.shadow, &mut s.occluded, &mut s.accel, &mut s.counts);
+        for (row, hidden) in s.shadow_rows.iter().zip(&s.occluded) {
+            if *hidden {
+                out[usize::from(*row)] = 0.0;
             }
         }
     }
 
-    /// The next level's rays.
-    fn cast(&self, depth: usize, level: &Level, palette: &[Slot], s: &mut TraceScratch) {
-        let model = &self.columns.model;
-        s.mirror_rows.clear();
-        if depth < model.max_bounces as usize {
-            let mirrors = |slot: u16| {
-                slot != 0 && {
-                    let material = palette[usize::from(slot) - 1].material(self.columns);
-                    self.columns.material(material).is_specular()
-                }
-            };
-            let reflects = |row: &u16| {
-                let row = usize::from(*row);
-                level.total[row] <= model.max_path && mirrors(level.slot[row])
-            };
-            s.mirror_rows.extend((0..level.len() as u16).filter(reflects));
+    /// The next level's rays: those of its own nodes, and those of nodes that it lacks.
+    fn cast(&self, trees: &Trees, depth: usize, kept: usize, s: &mut TraceScratch) {
+        let level = &trees.levels[depth];
+        let empty = Level::default();
+        let below = trees.levels.get(depth + 1).unwrap_or(&empty);
+        s.find_childless(trees, depth);
+        let rows = |range: std::ops::Range<usize>, childless: &[bool], rows: &mut Vec<u16>| {
+            rows.clear();
+            let reflects = |row: &usize| childless[*row] && self.reflects(trees, depth, *row);
+            rows.extend(range.filter(reflects).map(|row| row as u16));
+        };
+
+        // Known nodes that reflect only now, then new nodes: together the next level's new rays.
+        rows(0..kept, &s.childless, &mut s.rows);
+        self.reflect(&s.known, &s.rows, &level.code[..kept], &mut s.next);
+        let mut parents = std::mem::take(&mut s.fresh.spare);
+        parents.clear();
+        parents.extend_from_slice(&s.rows);
+        let mut late = std::mem::take(&mut s.next);
+        rows(kept..level.len(), &s.childless, &mut s.rows);
+        parents.extend_from_slice(&s.rows);
+        s.rows.iter_mut().for_each(|row| *row -= kept as u16);
+        self.reflect(&s.fresh, &s.rows, &level.code[kept..], &mut s.next);
+        if !late.is_empty() {
+            for i in 0..s.next.len() {
+                late.push_from(&s.next, i);
+            }
+            late.pad();
+            std::mem::swap(&mut late, &mut s.next);
         }
-        s.rays.mirror += s.mirror_rows.len() as u64;
-        dispatch!(self.accel.level(), simd => mirror::reflect(
-            simd, &s.stream, &s.points, &level.code, &s.mirror_rows, &mut s.next
-        ));
-        std::mem::swap(&mut s.stream, &mut s.next);
-        s.totals.clear();
-        s.totals.extend(s.mirror_rows.iter().map(|row| level.total[usize::from(*row)]));
+        std::mem::swap(&mut s.fresh.rays, &mut s.next);
+        s.fresh.spare = std::mem::replace(&mut s.fresh.parents, parents);
+        s.fresh.totals.clear();
+        s.fresh.totals.extend(s.fresh.parents.iter().map(|row| level.total[usize::from(*row)]));
+        s.rays.mirror += s.fresh.rays.len() as u64;
+
+        self.reflect(&s.known, &below.parent, &level.code[..kept], &mut s.next);
+        std::mem::swap(&mut s.known.rays, &mut s.next);
     }
+
+    /// Whether a node casts a mirrored ray.
+    fn reflects(&self, trees: &Trees, depth: usize, row: usize) -> bool {
+        let model = &self.columns.model;
+        let level = &trees.levels[depth];
+        let slot = level.slot[row];
+        depth < model.max_bounces as usize && slot != 0 && level.total[row] <= model.max_path && {
+            let material = trees.palette[usize::from(slot) - 1].material(self.columns);
+            self.columns.material(material).is_specular()
+        }
+    }
+
+    fn reflect(&self, from: &Stream, rows: &[u16], codes: &[HitCode], out: &mut Rays) {
+        dispatch!(self.accel.level(), simd => mirror::reflect(
+            simd, &from.rays, &from.points, codes, rows, out
+        ));
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Which {
+    Known,
+    Fresh,
 }
 
 /// Whether p lies in a cell whose numbers sum up to an odd one.
 fn is_odd(cells: &Cells, p: [f32; 3]) -> bool {
     let way = [p[0] - cells.origin[0], p[1] - cells.origin[1], p[2] - cells.origin[2]];
     let along = |axis: [f32; 3]| way[0] * axis[0] + way[1] * axis[1] + way[2] * axis[2];
-    parity((along(cells.x) / cells.size[0]).floor()) ^ parity((along(cells.y) / cells.size[1]).floor())
+    parity((along(cells.x) / cells.size[0]).floor())
+        ^ parity((along(cells.y) / cells.size[1]).floor())
 }
 
 /// Whether a whole number is odd. Beyond 2^24 every `f32` is even.
@@ -180,4 +334,3 @@ fn parity(whole: f32) -> bool {
     let half = whole * 0.5;
     half != half.floor()
 }
-

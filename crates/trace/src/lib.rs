@@ -14,7 +14,9 @@
 //! | [`interact`] | where a ray hit, how the surface lies there |
 //! | [`lighting`] | what each light gives, and whether it is seen |
 //! | [`mirror`] | which nodes reflect, and where to |
+//! | `stream` | the rays of a level on their way to becoming nodes |
 //! | [`grow`] | these in turn: the first pass |
+//! | [`touch`] | which trees a moved surface can have changed |
 //! | [`shade`] | the second pass |
 
 pub mod camera;
@@ -25,9 +27,13 @@ pub mod lighting;
 pub mod mirror;
 pub mod palette;
 pub mod shade;
+mod stream;
+pub mod touch;
 pub mod trees;
 
 pub use grid::{Grid, TileRect};
-pub use grow::{RayTally, TraceScratch, Tracer};
+pub use grow::{PatternCells, Revision, TraceScratch, Tracer};
 pub use shade::{ShadeScratch, Shader, TileColours};
+pub use stream::RayTally;
+pub use touch::Moved;
 pub use trees::Trees;

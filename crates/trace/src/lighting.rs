@@ -15,7 +15,7 @@ pub fn aim<S: Simd>(
     light: &LightPlace,
     points: &Interactions,
     codes: &[HitCode],
-    term: &mut Vec<f32>,
+    term: &mut [f32],
     rays: &mut Rays,
     rows: &mut Vec<u16>,
 ) {
@@ -24,8 +24,7 @@ pub fn aim<S: Simd>(
     let axis = light.axis.map(|x| F::splat(simd, x));
     let cos_angle = F::splat(simd, light.cos_angle);
     let len = codes.len();
-    term.clear();
-    term.resize(len.next_multiple_of(LANES), 0.0);
+    term.fill(0.0);
     rows.clear();
     rays.resize(len);
     let mut cast = 0;
@@ -65,5 +64,4 @@ pub fn aim<S: Simd>(
         }
     }
     rays.resize(cast);
-    term.truncate(len);
 }

@@ -41,10 +41,58 @@ impl Level {
         }
     }
 
+    /// Keeps the rows for which `keep`, asked in order, is true.
+    pub(crate) fn retain(&mut self, mut keep: impl FnMut() -> bool) {
+        let keep: Vec<bool> = (0..self.len()).map(|_| keep()).collect();
+        retain(&mut self.code, &keep);
+        retain(&mut self.slot, &keep);
+        retain(&mut self.total, &keep);
+        retain(&mut self.parent, &keep);
+        self.light.iter_mut().for_each(|column| retain(column, &keep));
+    }
+
+    /// Replaces a row, but for its parent, by a row of another level with as many lights.
+    pub(crate) fn replace(
+        &mut self,
+        row: usize,
+        by: &Level,
+        from: usize,
+        slot: impl Fn(u16) -> u16,
+    ) {
+        self.code[row] = by.code[from];
+        self.slot[row] = slot(by.slot[from]);
+        self.total[row] = by.total[from];
+        for (column, new) in self.light.iter_mut().zip(&by.light) {
+            column[row] = new[from];
+        }
+    }
+
+    /// Appends all rows of another level with as many lights.
+    pub(crate) fn append(
+        &mut self,
+        other: &Level,
+        slot: impl Fn(u16) -> u16,
+        parent: impl Fn(u16) -> u16,
+    ) {
+        self.code.extend_from_slice(&other.code);
+        self.slot.extend(other.slot.iter().map(|s| slot(*s)));
+        self.total.extend_from_slice(&other.total);
+        self.parent.extend(other.parent.iter().map(|p| parent(*p)));
+        self.light.resize_with(other.light.len(), Vec::new);
+        for (column, new) in self.light.iter_mut().zip(&other.light) {
+            column.extend_from_slice(new);
+        }
+    }
+
     /// The bytes that its columns hold.
     pub fn bytes(&self) -> usize {
         self.len() * (4 + 2 + 4 + 2 + 4 * self.light.len())
     }
+}
+
+fn retain<T: Copy>(column: &mut Vec<T>, keep: &[bool]) {
+    let mut rows = keep.iter();
+    column.retain(|_| rows.next().copied().unwrap_or(false));
 }
 
 /// The ray trees of one sample of one tile.
@@ -61,6 +109,15 @@ impl Trees {
     pub fn clear(&mut self) {
         self.levels.iter_mut().for_each(Level::clear);
         self.palette.clear();
+    }
+
+    /// Makes as many columns of light terms as there are lights; new ones are dark.
+    pub(crate) fn fit_lights(&mut self, lights: usize) {
+        for level in &mut self.levels {
+            let len = level.len();
+            level.light.resize_with(lights, Vec::new);
+            level.light.iter_mut().for_each(|terms| terms.resize(len, 0.0));
+        }
     }
 
     /// How many nodes there are on all levels.

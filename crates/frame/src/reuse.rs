@@ -1,0 +1,113 @@
+//! All policy of re-use: what differs between two frames, and so what is done again.
+//!
+//! | what changed, by bits | what is done again |
+//! | --- | --- |
+//! | colours of materials or lights, settings that only shading reads | shading |
+//! | a material began to reflect, more bounces, a longer path | levels below the nodes concerned |
+//! | a light's place | its terms |
+//! | a pattern's cells | the cells of nodes, and levels below |
+//! | a surface | trees with a segment that touches its old or new box |
+//! | samples | those that are new |
+//! | eye, picture size, the number of primitives | all |
+
+use reflet_pack::{Changes, Columns, LightChange, LightId, MaterialId, SurfaceId};
+use reflet_trace::{Grid, Moved, PatternCells, Revision, Trees};
+
+/// What is done with the trees kept of the frame before.
+#[derive(Debug)]
+pub enum Plan {
+    /// All trees are made from scratch.
+    Fresh,
+    /// They are brought up to date.
+    Keep(Box<Keep>),
+}
+
+/// What of kept trees is done again.
+#[derive(Debug, Default)]
+pub struct Keep {
+    /// Surfaces that moved; trees that they touch are made anew.
+    pub moved: Option<Moved>,
+    /// Light terms and cells.
+    pub revision: Revision,
+    woken: Vec<MaterialId>,
+    repainted: Vec<SurfaceId>,
+    limits_grew: bool,
+}
+
+/// What a set of kept trees was made for. Trees made for other limits may lack levels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MadeFor {
+    grid: Grid,
+    surfaces: usize,
+    prims: usize,
+    max_bounces: u32,
+    max_path: f32,
+}
+
+impl MadeFor {
+    /// What the trees of `columns` in `grid` are made for.
+    pub fn of(columns: &Columns, grid: Grid) -> MadeFor {
+        MadeFor {
+            grid,
+            surfaces: columns.surfaces.len(),
+            prims: columns.geometry.len(),
+            max_bounces: columns.model.max_bounces,
+            max_path: columns.model.max_path,
+        }
+    }
+}
+
+/// More boxes than this touch so much that looking costs more than tracing.
+const MOST_MOVED: usize = 24;
+
+impl Plan {
+    /// What to do with trees made for `old` when the scene is now made for `new`.
+    pub fn of(changes: &Changes, old: &MadeFor, new: &MadeFor) -> Plan {
+        let same = old.grid == new.grid && old.surfaces == new.surfaces && old.prims == new.prims;
+        if changes.view || !same || changes.surfaces.len() > MOST_MOVED {
+            return Plan::Fresh;
+        }
+        let mut keep = Keep {
+            woken: changes.woken.clone(),
+            repainted: changes.repainted.clone(),
+            limits_grew: new.max_bounces > old.max_bounces || new.max_path > old.max_path,
+            ..Keep::default()
+        };
+        if !changes.surfaces.is_empty() {
+            let boxes = |b: &reflet_pack::Aabb| (!b.is_empty()).then_some(*b);
+            keep.moved = Some(Moved {
+                surfaces: changes.surfaces.iter().map(|c| c.surface).collect(),
+                old: changes.surfaces.iter().filter_map(|c| boxes(&c.old_bounds)).collect(),
+                new: changes.surfaces.iter().filter_map(|c| boxes(&c.new_bounds)).collect(),
+            });
+        }
+        if !changes.patterns.is_empty() {
+            keep.revision.cells = PatternCells::Again;
+        }
+        keep.revision.relight = changes.lights.iter().filter_map(relit).collect();
+        Plan::Keep(Box::new(keep))
+    }
+}
+
+fn relit(change: &LightChange) -> Option<LightId> {
+    match change {
+        LightChange::Place(id) | LightChange::Added(id) | LightChange::Removed(id) => Some(*id),
+        LightChange::Emissivity(_) => None,
+    }
+}
+
+impl Keep {
+    /// Whether every tree is walked again, for its light terms or cells.
+    pub fn revises(&self) -> bool {
+        !self.revision.relight.is_empty() || self.revision.cells == PatternCells::Again
+    }
+
+    /// Whether trees with this palette may lack levels now: a look at their nodes tells.
+    pub fn may_deepen(&self, trees: &Trees, columns: &Columns) -> bool {
+        let awake = |slot: &reflet_trace::palette::Slot| {
+            self.woken.binary_search(&slot.material(columns)).is_ok()
+                || self.repainted.binary_search(&slot.surface).is_ok()
+        };
+        self.limits_grew || trees.palette.iter().any(awake)
+    }
+}

@@ -1,0 +1,343 @@
+//! A frame that builds on the frame before is, bit for bit, the frame made from scratch: random
+//! scenes under random edits, over threads, tile sizes, memory budgets, and SIMD levels.
+
+use glam::DVec3;
+use reflet_accel::{Isa, Structure};
+use reflet_film::{Layout, Picture, SampleKind, Samples, Transfer, TransferTable};
+use reflet_frame::engine::Work;
+use reflet_frame::{Engine, EngineOptions, Reuse};
+use reflet_pack::{Changes, Columns, Overrides, Packer};
+use reflet_scene::{
+    Attenuation, Camera, Checker, Image, Key, Material, Plane, PointLight, Quad, Scene, Settings,
+    Sphere, Spotlight, Surface, Triangle,
+};
+use std::num::NonZeroUsize;
+use std::sync::atomic::AtomicBool;
+
+struct Dice(u64);
+
+impl Dice {
+    fn float(&mut self) -> f64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 40) as f64 / f64::from(1 << 24)
+    }
+
+    fn range(&mut self, a: f64, b: f64) -> f64 {
+        a + (b - a) * self.float()
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.float() * n as f64) as usize
+    }
+
+    fn point(&mut self, r: f64) -> DVec3 {
+        DVec3::new(self.range(-r, r), self.range(-r, r), self.range(-r, r))
+    }
+
+    fn colour(&mut self) -> DVec3 {
+        DVec3::new(self.float(), self.float(), self.float())
+    }
+
+    fn pick(&mut self, keys: &[Key]) -> Key {
+        keys[self.below(keys.len())]
+    }
+}
+
+/// A scene, and what of it can be edited.
+struct Stage {
+    scene: Scene,
+    packer: Packer,
+    materials: Vec<Key>,
+    checkers: Vec<Key>,
+    spheres: Vec<Key>,
+    flats: Vec<Key>,
+    lights: Vec<Key>,
+}
+
+fn material(dice: &mut Dice) -> Material {
+    let specular = if dice.below(2) == 0 { DVec3::ZERO } else { dice.colour() };
+    Material { ambient: dice.colour() * 0.2, diffuse: dice.colour(), specular }
+}
+
+fn stage(dice: &mut Dice) -> Stage {
+    let mut scene = Scene::new();
+    let (mut materials, mut checkers) = (Vec::new(), Vec::new());
+    for _ in 0..5 {
+        materials.push(scene.spawn((material(dice),)));
+    }
+    for _ in 0..2 {
+        let (even, odd) = (dice.pick(&materials), dice.pick(&materials));
+        let checker = Checker { even, odd, size: [dice.range(0.3, 1.0), 0.7], xdir: DVec3::X };
+        checkers.push(scene.spawn((checker,)));
+    }
+    let camera = Camera::LookAt {
+        eye: DVec3::new(0.3, 1.5, 6.0),
+        look_at: DVec3::ZERO,
+        up: DVec3::Y,
+        fov_degrees: 50.0,
+    };
+    scene.singletons.camera = Some(scene.spawn((camera,)));
+    scene.singletons.image = Some(scene.spawn((Image { width: 41, height: 27, samples: 1 },)));
+    let settings = Settings { max_bounces: 3, ..Settings::default() };
+    scene.singletons.settings = Some(scene.spawn((settings,)));
+    let mut lights = Vec::new();
+    for _ in 0..2 {
+        let light =
+            PointLight { at: dice.point(2.0) + DVec3::Y * 5.0, emissivity: dice.colour() * 20.0 };
+        lights.push(scene.spawn((light,)));
+    }
+    let spot = Spotlight {
+        at: DVec3::new(0.0, 6.0, 1.0),
+        aim: DVec3::ZERO,
+        angle_degrees: 30.0,
+        emissivity: DVec3::splat(10.0),
+    };
+    lights.push(scene.spawn((spot,)));
+    let wear = |dice: &mut Dice| Surface { material: Some(dice.pick(&materials)), visible: true };
+    let (mut spheres, mut flats) = (Vec::new(), Vec::new());
+    for _ in 0..2 + dice.below(30) {
+        let sphere = Sphere { center: dice.point(2.5), radius: dice.range(0.2, 0.8) };
+        spheres.push(scene.spawn((sphere, wear(dice))));
+    }
+    let floor = Plane { point: DVec3::new(0.0, -2.0, 0.0), normal: DVec3::Y };
+    let tiled = Surface { material: Some(checkers[0]), visible: true };
+    flats.push(scene.spawn((floor, tiled)));
+    let corner = dice.point(1.0) - DVec3::Z * 3.0;
+    let wall = Quad { corner, u: DVec3::X * 2.0, v: DVec3::new(0.0, 2.0, 0.3) };
+    flats.push(scene.spawn((wall, Surface { material: Some(checkers[1]), visible: true })));
+    let flag = Triangle { a: dice.point(2.0), b: dice.point(2.0), c: dice.point(2.0) };
+    flats.push(scene.spawn((flag, wear(dice))));
+    scene.seal();
+    let packer = Packer::new(&scene, Overrides::default()).expect("a camera");
+    Stage { scene, packer, materials, checkers, spheres, flats, lights }
+}
+
+const EDITS: usize = 17;
+
+fn edit(kind: usize, stage: &mut Stage, dice: &mut Dice) {
+    let s = &mut stage.scene;
+    match kind {
+        0 => {
+            let key = dice.pick(&stage.materials);
+            let new = material(dice);
+            s.set(key, new);
+        }
+        1 => {
+            let key = dice.pick(&stage.materials);
+            let mut m: Material = s.get(key).expect("a material");
+            m.specular *= 0.5;
+            s.set(key, m);
+        }
+        2 => {
+            let key = dice.pick(&stage.lights[..2]);
+            let mut l: PointLight = s.get(key).expect("a light");
+            l.emissivity = dice.colour() * 20.0;
+            s.set(key, l);
+        }
+        3 => {
+            let key = dice.pick(&stage.lights[..2]);
+            let mut l: PointLight = s.get(key).expect("a light");
+            l.at += dice.point(1.0);
+            s.set(key, l);
+        }
+        4 => {
+            let mut l: Spotlight = s.get(stage.lights[2]).expect("a spotlight");
+            l.angle_degrees = dice.range(10.0, 60.0);
+            s.set(stage.lights[2], l);
+        }
+        5 => {
+            let key = dice.pick(&stage.spheres);
+            let mut ball: Sphere = s.get(key).expect("a sphere");
+            ball.center += dice.point(0.4);
+            s.set(key, ball);
+        }
+        6 => {
+            let key = dice.pick(&stage.spheres);
+            let mut ball: Sphere = s.get(key).expect("a sphere");
+            ball.radius *= dice.range(0.5, 1.5);
+            s.set(key, ball);
+        }
+        7 => {
+            let key = if dice.below(2) == 0 {
+                dice.pick(&stage.spheres)
+            } else {
+                dice.pick(&stage.flats)
+            };
+            let mut worn: Surface = s.get(key).expect("a surface");
+            worn.visible = !worn.visible;
+            s.set(key, worn);
+        }
+        8 => {
+            let key = dice.pick(&stage.spheres);
+            let material = Some(dice.pick(&stage.materials));
+            s.set(key, Surface { material, visible: true });
+        }
+        9 => {
+            let key = dice.pick(&stage.checkers);
+            let mut c: Checker = s.get(key).expect("a checker");
+            c.size[0] = dice.range(0.3, 1.2);
+            s.set(key, c);
+        }
+        10 => {
+            let mut quad: Quad = s.get(stage.flats[1]).expect("a quad");
+            quad.corner += dice.point(0.4);
+            s.set(stage.flats[1], quad);
+        }
+        11 => {
+            let key = s.singletons.settings.expect("settings");
+            let mut settings = s.settings();
+            settings.max_bounces = dice.below(6) as u32;
+            settings.max_path =
+                if dice.below(2) == 0 { f64::INFINITY } else { dice.range(4.0, 12.0) };
+            s.set(key, settings);
+        }
+        12 => {
+            let key = s.singletons.settings.expect("settings");
+            let mut settings = s.settings();
+            settings.background = dice.colour();
+            settings.attenuation =
+                if dice.below(2) == 0 { Attenuation::None } else { Attenuation::Inverse };
+            s.set(key, settings);
+        }
+        13 => {
+            let key = s.singletons.image.expect("an image");
+            let samples = 1 + dice.below(3) as u32;
+            s.set(key, Image { samples, ..s.image() });
+        }
+        14 => {
+            // Surfaces and a light that live for one frame.
+            let made = s.spawn((material(dice),));
+            for _ in 0..1 + dice.below(2) {
+                let sphere = Sphere { center: dice.point(2.0), radius: 0.4 };
+                s.spawn((sphere, Surface { material: Some(made), visible: true }));
+            }
+            s.spawn((PointLight { at: dice.point(4.0), emissivity: DVec3::splat(9.0) },));
+        }
+        15 => {
+            let key = s.singletons.camera.expect("a camera");
+            let eye = DVec3::new(0.3, 1.5, 6.0) + dice.point(0.2);
+            let (look_at, up) = (DVec3::ZERO, DVec3::Y);
+            s.set(key, Camera::LookAt { eye, look_at, up, fov_degrees: 50.0 });
+        }
+        _ => {
+            let key = dice.pick(&stage.checkers);
+            let mut c: Checker = s.get(key).expect("a checker");
+            c.odd = dice.pick(&stage.materials);
+            s.set(key, c);
+        }
+    }
+}
+
+fn engine(dice: &mut Dice, reuse: Reuse) -> Engine {
+    let isas: Vec<Isa> = Isa::available().collect();
+    Engine::new(EngineOptions {
+        threads: NonZeroUsize::new([1, 2, 3, 16][dice.below(4)]),
+        isa: isas[dice.below(isas.len())],
+        tile: [4, 8, 16, 64][dice.below(4)],
+        structure: [Structure::Auto, Structure::List, Structure::Tree][dice.below(3)],
+        reuse,
+        cache_bytes: [0, 20_000, u64::MAX, u64::MAX][dice.below(4)],
+    })
+    .expect("an engine")
+}
+
+fn render(engine: &mut Engine, columns: &Columns, changes: Option<&Changes>) -> (Vec<u32>, Work) {
+    let [w, h] = columns.view.size;
+    let layout = Layout::try_new(w, h, engine.grid(columns).edge).expect("a layout");
+    let table = TransferTable::new(Transfer::Srgb, SampleKind::F32);
+    let mut picture = Picture::try_new(layout, SampleKind::F32).expect("memory");
+    let cancel = AtomicBool::new(false);
+    let work =
+        engine.render(columns, changes, &table, &mut picture, &cancel).expect("no one stops it");
+    assert!(matches!(picture.samples(), Samples::F32(_)));
+    let mut row = vec![0.0f32; w as usize * 3];
+    let mut bits = Vec::new();
+    for y in 0..h {
+        picture.row(y, &mut row);
+        bits.extend(row.iter().map(|x| x.to_bits()));
+    }
+    (bits, work)
+}
+
+fn scenario(seed: u64, frames: usize, kinds: &mut dyn FnMut(&mut Dice) -> Vec<usize>) {
+    let mut dice = Dice(seed);
+    let mut stage = stage(&mut dice);
+    let mut warm = engine(&mut dice, Reuse::Keep);
+    let mut before = stage.packer.columns().clone();
+    for frame in 0..frames {
+        stage.scene.rewind();
+        let edits = if frame == 0 { Vec::new() } else { kinds(&mut dice) };
+        for kind in &edits {
+            edit(*kind, &mut stage, &mut dice);
+        }
+        let changes = stage.packer.update(&stage.scene);
+        let columns = stage.packer.columns().clone();
+        assert_eq!(
+            changes,
+            Changes::between(&before, &columns),
+            "seed {seed} frame {frame} {edits:?}"
+        );
+        let (got, work) = render(&mut warm, &columns, (frame > 0).then_some(&changes));
+        let counted = work.counts.closest + work.counts.any;
+        assert_eq!(work.rays.total(), counted, "rays as trace and accel count them");
+        let mut cold = engine(&mut dice, Reuse::Never);
+        let (want, _) = render(&mut cold, &columns, None);
+        let differ = got.iter().zip(&want).filter(|(a, b)| a != b).count();
+        assert_eq!(differ, 0, "samples that differ: seed {seed}, frame {frame}, edits {edits:?}");
+        before = columns;
+    }
+}
+
+#[test]
+fn each_kind_of_edit_alone() {
+    for kind in 0..EDITS {
+        for seed in 0..3 {
+            // Edited in every other frame, so that frames go both ways.
+            let mut frame = 0;
+            scenario(seed * 100 + kind as u64, 6, &mut |_| {
+                frame += 1;
+                if frame % 3 == 0 { Vec::new() } else { vec![kind] }
+            });
+        }
+    }
+}
+
+#[test]
+fn edits_mixed() {
+    for seed in 1000..1040 {
+        scenario(seed, 6, &mut |dice| (0..dice.below(4)).map(|_| dice.below(EDITS)).collect());
+    }
+}
+
+/// What a frame costs after one edit: rays by kind, and whether any tree was made from its root.
+fn cost(seed: u64, edit_kind: usize) -> (Work, Work) {
+    let mut dice = Dice(seed);
+    let mut stage = stage(&mut dice);
+    let mut engine = Engine::new(EngineOptions::default()).expect("an engine");
+    let (_, first) = render(&mut engine, stage.packer.columns(), None);
+    edit(edit_kind, &mut stage, &mut dice);
+    let changes = stage.packer.update(&stage.scene);
+    let (_, second) = render(&mut engine, stage.packer.columns(), Some(&changes));
+    (first, second)
+}
+
+#[test]
+fn only_what_can_differ_is_cast_again() {
+    for seed in 0..8 {
+        for colours_only in [1, 2, 12] {
+            let (first, second) = cost(seed, colours_only);
+            assert!(first.rays.camera > 0);
+            assert_eq!(second.rays.total(), 0, "edit {colours_only} casts no ray");
+            assert_eq!(second.retraced_pixels, 0);
+        }
+        let (first, second) = cost(seed, 3);
+        assert_eq!((second.rays.camera, second.rays.mirror), (0, 0), "a moved light");
+        assert!(second.rays.shadow < first.rays.shadow, "casts its own shadows only");
+        let (_, second) = cost(seed, 16);
+        assert_eq!(second.rays.camera, 0, "swapped cells cast mirrored rays at most");
+        let (first, second) = cost(seed, 5);
+        assert!(second.rays.camera < first.rays.camera, "one moved ball does not touch all");
+        assert_eq!(second.retraced_pixels, second.rays.camera);
+    }
+}

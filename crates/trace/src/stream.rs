@@ -1,0 +1,81 @@
+//! The rays of one level on their way to becoming nodes.
+
+use crate::interact::Interactions;
+use fearless_simd::Simd;
+use reflet_accel::{HitCode, Hits, Rays, brute};
+use reflet_pack::{Columns, Geometry};
+
+/// Rays cast, by kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayTally {
+    /// From the eye.
+    pub camera: u64,
+    /// From mirrors.
+    pub mirror: u64,
+    /// To lights.
+    pub shadow: u64,
+}
+
+impl RayTally {
+    /// The sum of all kinds.
+    pub fn total(&self) -> u64 {
+        self.camera + self.mirror + self.shadow
+    }
+}
+
+impl std::ops::AddAssign for RayTally {
+    fn add_assign(&mut self, other: RayTally) {
+        self.camera += other.camera;
+        self.mirror += other.mirror;
+        self.shadow += other.shadow;
+    }
+}
+
+/// Rays, what they hit, and where.
+#[derive(Default)]
+pub(crate) struct Stream {
+    pub rays: Rays,
+    pub hits: Hits,
+    pub points: Interactions,
+    /// The length of the path before each ray.
+    pub totals: Vec<f32>,
+    /// The row of the level above whose ray each is.
+    pub parents: Vec<u16>,
+    pub spare: Vec<u16>,
+}
+
+impl Stream {
+    pub fn clear(&mut self) {
+        self.rays.clear();
+        self.totals.clear();
+        self.parents.clear();
+    }
+
+    /// The hit point of a row.
+    pub fn point(&self, row: usize) -> [f32; 3] {
+        [0, 1, 2].map(|k| self.points.p[k][row])
+    }
+
+    #[inline(always)]
+    pub fn find<S: Simd>(&mut self, simd: S, g: &Geometry) {
+        self.points.find(simd, g, &self.rays, &self.hits);
+    }
+
+    /// Finds t of hits that are known but for it: the same kernel gives the same bits.
+    pub fn replay(&mut self, columns: &Columns, codes: &[HitCode]) {
+        let len = self.rays.len();
+        let padded = len.next_multiple_of(reflet_accel::lanes::LANES);
+        self.hits.t.clear();
+        self.hits.t.resize(padded, 0.0);
+        self.hits.code.clear();
+        self.hits.code.extend_from_slice(&codes[..len]);
+        self.hits.code.resize(padded, HitCode::NONE);
+        for (row, code) in codes[..len].iter().enumerate() {
+            let o = [0, 1, 2].map(|k| self.rays.origin[k][row]);
+            let d = [0, 1, 2].map(|k| self.rays.dir[k][row]);
+            let last = self.rays.last[row];
+            let hit = code.prim().and_then(|prim| brute::hit(&columns.geometry, prim, o, d, last));
+            self.hits.t[row] = hit.map_or(f32::INFINITY, |h| h.0);
+        }
+    }
+}
