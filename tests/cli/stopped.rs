@@ -105,3 +105,21 @@ fn a_second_signal_ends_at_once() {
     assert_eq!(end(child).code, Some(130));
     assert_eq!(room.made(), [""; 0]);
 }
+
+#[test]
+fn a_watch_is_ended_while_it_waits() {
+    let room = Room::with(&[("a.rhai", STILL)]);
+    for (name, code) in [("-INT", 130), ("-TERM", 143)] {
+        let mut child = room
+            .command(&["render", "a.rhai", "-o", "a.png", "--watch"])
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut told = String::new();
+        BufReader::new(child.stderr.as_mut().unwrap()).read_line(&mut told).unwrap();
+        assert!(told.starts_with("1 frame in "), "{told}");
+        signal(&child, name);
+        assert_eq!(child.wait().unwrap().code(), Some(code));
+        assert_eq!(room.made(), ["a.png"]);
+    }
+}
