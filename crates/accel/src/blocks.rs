@@ -16,6 +16,8 @@ pub struct Frame {
     lo: [Lane; 3],
     hi: [Lane; 3],
     code: [u32; LANES],
+    /// How many lanes hold a primitive; they come first.
+    used: usize,
 }
 
 impl Default for Frame {
@@ -25,6 +27,7 @@ impl Default for Frame {
             lo: e.lo.map(|x| [x; LANES]),
             hi: e.hi.map(|x| [x; LANES]),
             code: [HitCode::NONE.0; LANES],
+            used: 0,
         }
     }
 }
@@ -37,6 +40,7 @@ impl Frame {
             self.hi[k][lane] = b.hi[k];
         }
         self.code[lane] = HitCode::outside(prim).0;
+        self.used = self.used.max(lane + 1);
     }
 
     /// The boxes.
@@ -98,8 +102,9 @@ pub trait Block: Default + Clone + Send + Sync {
         self.frame().boxes_of(simd, lane)
     }
     /// How many of the lanes hold a primitive; they come first.
+    #[inline(always)]
     fn used(&self) -> usize {
-        self.frame().code.iter().filter(|c| **c != HitCode::NONE.0).count()
+        self.frame().used
     }
 }
 

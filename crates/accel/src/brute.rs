@@ -17,6 +17,7 @@ fn sub(a: V, b: V) -> V {
 }
 
 /// Where a ray enters a box (at least 0), if it passes it.
+#[inline]
 pub fn enter(o: V, d: V, b: &Aabb) -> Option<f32> {
     let (mut entry, mut exit) = (0.0f32, f32::INFINITY);
     for k in 0..3 {
@@ -30,6 +31,7 @@ pub fn enter(o: V, d: V, b: &Aabb) -> Option<f32> {
 }
 
 /// Where one ray hits one primitive, with the box test, and from which side.
+#[inline]
 pub fn hit(g: &Geometry, prim: PrimId, o: V, d: V, last: HitCode) -> Option<(f32, HitCode)> {
     let (kind, row) = g.shape[prim.index()];
     let row = row as usize;

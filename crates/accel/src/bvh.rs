@@ -2,7 +2,7 @@
 
 use crate::blocks::{Block, Blocks};
 use crate::build::{Child, Tree};
-use crate::lanes::{F, LANES, RayLanes, Uniform, is_castable};
+use crate::lanes::{F, LANES, RayLanes, Uniform, is_castable, load3};
 use crate::rays::{HitCode, Rays};
 use crate::slab::{BoxLanes, enter};
 use fearless_simd::prelude::*;
@@ -124,8 +124,8 @@ fn walk<S: Simd>(
     loop {
         let node = &tree.nodes[index];
         let boxes = BoxLanes {
-            lo: [0, 1, 2].map(|k| F::from_slice(simd, &node.lo[k])),
-            hi: [0, 1, 2].map(|k| F::from_slice(simd, &node.hi[k])),
+            lo: load3(simd, [&node.lo[0], &node.lo[1], &node.lo[2]]),
+            hi: load3(simd, [&node.hi[0], &node.hi[1], &node.hi[2]]),
         };
         let (entry, passes) = enter(simd, ray, &boxes);
         let mut bits = (passes & entry.simd_le(F::splat(simd, end))).to_bitmask();

@@ -95,7 +95,8 @@ pub fn quad<S: Simd, P: Permute<S>>(
     q: &QuadLanes<S>,
 ) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
-    let [a, b, c, d] = q.corners.map(|corner| sheared(ray, sub(corner, ray.o)));
+    let at = |i: usize| sheared(ray, sub(q.corners[i], ray.o));
+    let (a, b, c, d) = (at(0), at(1), at(2), at(3));
     let edges = [edge(a, b), edge(b, c), edge(c, d), edge(d, a)];
     let mut any_neg = edges[0].simd_lt(zero);
     let mut any_pos = edges[0].simd_gt(zero);
@@ -128,7 +129,8 @@ pub fn triangle<S: Simd, P: Permute<S>>(
     tri: &TriangleLanes<S>,
 ) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
-    let [a, b, c] = tri.corners.map(|corner| sheared(ray, sub(corner, ray.o)));
+    let at = |i: usize| sheared(ray, sub(tri.corners[i], ray.o));
+    let (a, b, c) = (at(0), at(1), at(2));
     let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
     let any_neg = u.simd_lt(zero) | v.simd_lt(zero) | w.simd_lt(zero);
     let any_pos = u.simd_gt(zero) | v.simd_gt(zero) | w.simd_gt(zero);

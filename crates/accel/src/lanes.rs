@@ -16,6 +16,25 @@ pub type M<S> = mask32x8<S>;
 /// x, y, z in lanes.
 pub type V3<S> = [F<S>; 3];
 
+/// One vector in all lanes. (`array::map` is not inlined, which costs more than what it maps.)
+#[inline(always)]
+pub fn splat3<S: Simd>(simd: S, v: [f32; 3]) -> V3<S> {
+    [F::splat(simd, v[0]), F::splat(simd, v[1]), F::splat(simd, v[2])]
+}
+
+/// Three columns' worth of lanes.
+#[inline(always)]
+pub fn load3<S: Simd>(simd: S, v: [&[f32]; 3]) -> V3<S> {
+    [F::from_slice(simd, v[0]), F::from_slice(simd, v[1]), F::from_slice(simd, v[2])]
+}
+
+/// The eight rows from `first` on of three columns.
+#[inline(always)]
+pub fn rows3<S: Simd>(simd: S, c: &[Vec<f32>; 3], first: usize) -> V3<S> {
+    let end = first + LANES;
+    load3(simd, [&c[0][first..end], &c[1][first..end], &c[2][first..end]])
+}
+
 /// The dot product, summed from x to z.
 #[inline(always)]
 pub fn dot<S: Simd>(a: V3<S>, b: V3<S>) -> F<S> {
@@ -112,9 +131,7 @@ impl<S: Simd> RayLanes<S, PerLane<S>> {
     /// The eight rays from `first` on.
     #[inline(always)]
     pub fn load(simd: S, rays: &Rays, first: usize) -> Self {
-        let at = |column: &[f32]| F::from_slice(simd, &column[first..first + LANES]);
-        let o = [at(&rays.origin[0]), at(&rays.origin[1]), at(&rays.origin[2])];
-        let d = [at(&rays.dir[0]), at(&rays.dir[1]), at(&rays.dir[2])];
+        let (o, d) = (rows3(simd, &rays.origin, first), rows3(simd, &rays.dir, first));
         let mut codes = [0; LANES];
         for (c, l) in codes.iter_mut().zip(&rays.last[first..first + LANES]) {
             *c = l.0;
@@ -141,7 +158,7 @@ impl<S: Simd> RayLanes<S, Uniform> {
     #[inline(always)]
     pub fn splat(simd: S, rays: &Rays, i: usize) -> Self {
         let d = [rays.dir[0][i], rays.dir[1][i], rays.dir[2][i]];
-        let size = d.map(f32::abs);
+        let size = [d[0].abs(), d[1].abs(), d[2].abs()];
         let third = if size[0] >= size[1] && size[0] >= size[2] {
             0
         } else if size[1] >= size[2] {
@@ -149,8 +166,8 @@ impl<S: Simd> RayLanes<S, Uniform> {
         } else {
             2
         };
-        let o = [0, 1, 2].map(|k| F::splat(simd, rays.origin[k][i]));
-        let d = d.map(|x| F::splat(simd, x));
+        let o = splat3(simd, [rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]]);
+        let d = splat3(simd, d);
         Self::new(simd, o, d, U::splat(simd, rays.last[i].0), Uniform { third })
     }
 }

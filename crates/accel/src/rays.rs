@@ -18,26 +18,31 @@ impl HitCode {
     pub const MAX_PRIMS: usize = (u32::MAX >> 1) as usize - 1;
 
     /// The code of a primitive hit from outside, or of one with two equal sides.
+    #[inline]
     pub fn outside(prim: PrimId) -> HitCode {
         HitCode((prim.0 + 1) << 1)
     }
 
     /// The same primitive, hit from the inside.
+    #[inline]
     pub fn inward(self) -> HitCode {
         HitCode(self.0 | 1)
     }
 
     /// Whether nothing was hit.
+    #[inline]
     pub fn is_none(self) -> bool {
         self.0 == 0
     }
 
     /// What was hit.
+    #[inline]
     pub fn prim(self) -> Option<PrimId> {
         (self.0 >> 1).checked_sub(1).map(PrimId)
     }
 
     /// Whether it is a closed shape, hit from the inside.
+    #[inline]
     pub fn is_inside(self) -> bool {
         self.0 & 1 == 1
     }
@@ -60,6 +65,7 @@ pub struct Rays {
 
 impl Rays {
     /// Appends a ray.
+    #[inline]
     pub fn push(&mut self, origin: [f32; 3], dir: [f32; 3], t_max: f32, last: HitCode) {
         self.truncate_padding();
         for k in 0..3 {
@@ -72,6 +78,7 @@ impl Rays {
     }
 
     /// Appends row `i` of another stream.
+    #[inline]
     pub fn push_from(&mut self, other: &Rays, i: usize) {
         let at = |c: &[Vec<f32>; 3]| [c[0][i], c[1][i], c[2][i]];
         self.push(at(&other.origin), at(&other.dir), other.t_max[i], other.last[i]);
@@ -90,6 +97,7 @@ impl Rays {
     }
 
     /// How many rays there are.
+    #[inline]
     pub fn len(&self) -> usize {
         self.len
     }

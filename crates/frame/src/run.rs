@@ -2,7 +2,7 @@
 
 use crate::engine::{Engine, EngineOptions, nanoseconds};
 use crate::event::{Event, FrameReport, RenderError, Summary};
-use crate::job::{Draft, Job};
+use crate::job::{Draft, Job, Reuse};
 use crate::memory;
 use crate::output::{FilmInfo, Finished, Output};
 use reflet_film::{Fps, Layout, Picture, SampleKind, Transfer, TransferTable};
@@ -26,22 +26,23 @@ pub fn render(
     cancel: &AtomicBool,
     events: &mut dyn FnMut(Event<'_>),
 ) -> Result<Summary, RenderError> {
-    let cache_bytes =
-        job.cache_bytes.or_else(|| memory::available().map(|a| a / 4)).unwrap_or(1 << 30);
-    let options = EngineOptions {
-        threads: job.threads,
-        isa: job.isa,
-        reuse: job.reuse,
-        cache_bytes,
-        ..Default::default()
-    };
-    let mut engine = Engine::new(options).map_err(RenderError::Other)?;
     for warning in stage.warnings() {
         events(Event::Warning(&warning.to_string()));
     }
 
     let animation = stage.with_scene(|scene| scene.animation());
     let frames = job.frames.clone().unwrap_or_else(|| (0..animation.frames).collect());
+    let cache_bytes =
+        job.cache_bytes.or_else(|| memory::available().map(|a| a / 4)).unwrap_or(1 << 30);
+    let options = EngineOptions {
+        threads: job.threads,
+        isa: job.isa,
+        // Nothing builds on the last frame.
+        reuse: if frames.len() > 1 { job.reuse } else { Reuse::Never },
+        cache_bytes,
+        ..Default::default()
+    };
+    let mut engine = Engine::new(options).map_err(RenderError::Other)?;
     let mut packer = pack(stage, job)?;
     let size = packer.columns().view.size;
     let kind = job.target.format().sample_kind();

@@ -57,11 +57,13 @@ pub(crate) struct LightBits {
 
 impl Columns {
     /// The materials and pattern of a surface.
+    #[inline]
     pub fn paint(&self, surface: SurfaceId) -> &Paint {
         &self.surfaces.paint[surface.index()]
     }
 
     /// The row of a material.
+    #[inline]
     pub fn material(&self, id: MaterialId) -> &MaterialRow {
         self.materials.get(id)
     }
@@ -129,6 +131,7 @@ impl Columns {
     }
 
     /// The surface that a primitive belongs to.
+    #[inline]
     pub fn surface_of(&self, prim: PrimId) -> SurfaceId {
         self.geometry.surface[prim.index()]
     }

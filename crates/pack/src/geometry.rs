@@ -16,6 +16,7 @@ pub struct Columns3 {
 
 impl Columns3 {
     /// Row `i`.
+    #[inline]
     pub fn get(&self, i: usize) -> [f32; 3] {
         [self.x[i], self.y[i], self.z[i]]
     }

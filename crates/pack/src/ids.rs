@@ -9,6 +9,7 @@ macro_rules! id {
 
         impl $name {
             /// The id as an index into its columns.
+            #[inline]
             pub fn index(self) -> usize {
                 self.0 as usize
             }

@@ -39,6 +39,7 @@ impl MaterialRow {
     }
 
     /// Whether a ray is cast from surfaces that wear it.
+    #[inline]
     pub fn is_specular(&self) -> bool {
         self.specular.iter().any(|s| *s != 0.0)
     }
@@ -59,6 +60,7 @@ impl Materials {
     pub const GREY_MATT: MaterialId = MaterialId(0);
 
     /// The row of `id`.
+    #[inline]
     pub fn get(&self, id: MaterialId) -> &MaterialRow {
         &self.rows[id.index()]
     }

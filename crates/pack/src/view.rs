@@ -49,12 +49,14 @@ impl View {
     }
 
     /// The unit direction of the ray through pixel position (x, y), y downward.
+    #[inline]
     pub fn direction(&self, x: f64, y: f64) -> [f32; 3] {
         let a = 2.0 * x / f64::from(self.size[0]) - 1.0;
         let b = 1.0 - 2.0 * y / f64::from(self.size[1]);
-        let d = [0, 1, 2].map(|k| self.forward[k] + a * self.right[k] + b * self.up[k]);
+        let at = |k: usize| self.forward[k] + a * self.right[k] + b * self.up[k];
+        let d = [at(0), at(1), at(2)];
         let length = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
-        d.map(|x| (x / length) as f32)
+        [(d[0] / length) as f32, (d[1] / length) as f32, (d[2] / length) as f32]
     }
 
     /// The bits of all numbers that decide the camera rays.

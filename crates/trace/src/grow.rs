@@ -325,12 +325,30 @@ enum Which {
 fn is_odd(cells: &Cells, p: [f32; 3]) -> bool {
     let way = [p[0] - cells.origin[0], p[1] - cells.origin[1], p[2] - cells.origin[2]];
     let along = |axis: [f32; 3]| way[0] * axis[0] + way[1] * axis[1] + way[2] * axis[2];
-    parity((along(cells.x) / cells.size[0]).floor())
-        ^ parity((along(cells.y) / cells.size[1]).floor())
+    is_floor_odd(along(cells.x) / cells.size[0]) ^ is_floor_odd(along(cells.y) / cells.size[1])
 }
 
-/// Whether a whole number is odd. Beyond 2^24 every `f32` is even.
-fn parity(whole: f32) -> bool {
-    let half = whole * 0.5;
-    half != half.floor()
+/// Whether the greatest whole number not above `x` is odd. Beyond 2^24 every `f32` is even, and
+/// below 2^31 truncation is exact; `floor` itself is a call on machines without SSE4.1.
+fn is_floor_odd(x: f32) -> bool {
+    let whole = x as i32;
+    let floor = whole.wrapping_sub(i32::from(whole as f32 > x));
+    x.abs() < 2_147_483_648.0 && floor & 1 == 1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_floor_odd;
+
+    #[test]
+    fn cells_are_counted_as_floor_counts_them() {
+        let near =
+            [0.0, 0.5, 1.0, 2.0, 3.5, 1e6, 8_388_607.5, 8_388_609.0, 16_777_216.0, 3e9, 1e30];
+        for x in
+            near.into_iter().flat_map(|x: f32| [x, x.next_up(), x.next_down(), -x, -x.next_up()])
+        {
+            let floor = f64::from(x).floor();
+            assert_eq!(is_floor_odd(x), floor.rem_euclid(2.0) == 1.0, "{x}");
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Where a ray hit, and how the surface lies there.
 
 use fearless_simd::prelude::*;
-use reflet_accel::lanes::{F, LANES, M, V3, abs, dot, sub};
+use reflet_accel::lanes::{F, LANES, M, V3, abs, dot, load3, rows3, sub};
 use reflet_accel::{HitCode, Hits, Rays};
 use reflet_pack::{Geometry, ShapeKind};
 
@@ -87,11 +87,8 @@ impl Interactions {
             let lanes = first..first + LANES;
             let codes = &hits.code[lanes.clone()];
             let s = Surfaces::gather(g, codes);
-            let load = |c: &[Vec<f32>; 3]| -> V3<S> {
-                [0, 1, 2].map(|k| F::from_slice(simd, &c[k][lanes.clone()]))
-            };
             let t = F::from_slice(simd, &hits.t[lanes.clone()]);
-            let (o, d) = (load(&rays.origin), load(&rays.dir));
+            let (o, d) = (rows3(simd, &rays.origin, first), rows3(simd, &rays.dir, first));
             let found = point(simd, o, d, t, &s);
             for k in 0..3 {
                 found.p[k].store_slice(&mut self.p[k][lanes.clone()]);
@@ -111,8 +108,8 @@ struct Found<S: Simd> {
 #[inline(always)]
 fn point<S: Simd>(simd: S, o: V3<S>, d: V3<S>, t: F<S>, s: &Surfaces) -> Found<S> {
     let zero = F::splat(simd, 0.0);
-    let splat3 = |v: &[[f32; LANES]; 3]| -> V3<S> { [0, 1, 2].map(|k| F::from_slice(simd, &v[k])) };
-    let (anchor, normal) = (splat3(&s.anchor), splat3(&s.normal));
+    let anchor = load3(simd, [&s.anchor[0], &s.anchor[1], &s.anchor[2]]);
+    let normal = load3(simd, [&s.normal[0], &s.normal[1], &s.normal[2]]);
     let radius = F::from_slice(simd, &s.radius);
     let curved: M<S> = radius.simd_gt(zero);
 
@@ -142,7 +139,7 @@ fn point<S: Simd>(simd: S, o: V3<S>, d: V3<S>, t: F<S>, s: &Surfaces) -> Found<S
 
 #[inline(always)]
 fn longest<S: Simd>(v: V3<S>) -> F<S> {
-    let [x, y, z] = v.map(abs);
+    let (x, y, z) = (abs(v[0]), abs(v[1]), abs(v[2]));
     let xy = y.simd_gt(x).select(y, x);
     z.simd_gt(xy).select(z, xy)
 }

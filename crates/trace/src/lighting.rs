@@ -2,7 +2,7 @@
 
 use crate::interact::Interactions;
 use fearless_simd::prelude::*;
-use reflet_accel::lanes::{F, LANES, V3, dot, sub};
+use reflet_accel::lanes::{F, LANES, dot, rows3, splat3, sub};
 use reflet_accel::{HitCode, Rays};
 use reflet_pack::lights::LightPlace;
 
@@ -20,8 +20,8 @@ pub fn aim<S: Simd>(
     rows: &mut Vec<u16>,
 ) {
     let zero = F::splat(simd, 0.0);
-    let at = light.at.map(|x| F::splat(simd, x));
-    let axis = light.axis.map(|x| F::splat(simd, x));
+    let at = splat3(simd, light.at);
+    let axis = splat3(simd, light.axis);
     let cos_angle = F::splat(simd, light.cos_angle);
     let len = codes.len();
     term.fill(0.0);
@@ -29,11 +29,9 @@ pub fn aim<S: Simd>(
     rays.resize(len);
     let mut cast = 0;
     for first in (0..len).step_by(LANES) {
-        let lanes = first..first + LANES;
-        let load = |c: &[Vec<f32>; 3]| -> V3<S> {
-            [0, 1, 2].map(|k| F::from_slice(simd, &c[k][lanes.clone()]))
-        };
-        let (p, n, start) = (load(&points.p), load(&points.n), load(&points.start));
+        let p = rows3(simd, &points.p, first);
+        let n = rows3(simd, &points.n, first);
+        let start = rows3(simd, &points.start, first);
         let way = sub(at, p);
         let r = dot(way, way).sqrt();
         let cos = dot(n, way) / r;

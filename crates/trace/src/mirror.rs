@@ -2,7 +2,7 @@
 
 use crate::interact::Interactions;
 use fearless_simd::prelude::*;
-use reflet_accel::lanes::{F, LANES, V3, dot};
+use reflet_accel::lanes::{LANES, V3, dot, load3};
 use reflet_accel::{HitCode, Rays};
 
 /// Writes the mirrored rays of the rows in `rows` (ascending) into `out`: v = 2 (u.n) n - u with
@@ -19,13 +19,13 @@ pub fn reflect<S: Simd>(
     out.resize(rows.len());
     for (chunk, first) in rows.chunks(LANES).zip((0..).step_by(LANES)) {
         let gather = |c: &[Vec<f32>; 3]| -> V3<S> {
-            [0, 1, 2].map(|k| {
-                let mut lanes = [0.0; LANES];
-                for (lane, row) in lanes.iter_mut().zip(chunk) {
-                    *lane = c[k][usize::from(*row)];
-                }
-                F::from_slice(simd, &lanes)
-            })
+            let mut lanes = [[0.0; LANES]; 3];
+            for (lane, row) in chunk.iter().enumerate() {
+                let row = usize::from(*row);
+                (lanes[0][lane], lanes[1][lane], lanes[2][lane]) =
+                    (c[0][row], c[1][row], c[2][row]);
+            }
+            load3(simd, [&lanes[0], &lanes[1], &lanes[2]])
         };
         let (d, n, start) = (gather(&rays.dir), gather(&points.n), gather(&points.start));
         let along = dot(d, n);
