@@ -41,6 +41,10 @@ pub fn sphere<S: Simd, P: Permute<S>>(
     let b = dot(l, ray.d);
     let across = [l[0] - b * ray.d[0], l[1] - b * ray.d[1], l[2] - b * ray.d[2]];
     let disc = s.radius * s.radius - dot(across, across);
+    let meets = disc.simd_ge(zero);
+    if !meets.any_true() {
+        return Candidate { t: b, hit: meets, code: s.code };
+    }
     let root = disc.sqrt();
     let (near, far) = (b - root, b + root);
     let other = !ray.last.simd_eq(s.code);
@@ -48,7 +52,7 @@ pub fn sphere<S: Simd, P: Permute<S>>(
     let far_counts = far.simd_gt(zero) & (other | ray.last_inside);
     Candidate {
         t: near_counts.select(near, far),
-        hit: disc.simd_ge(zero) & (near_counts | far_counts),
+        hit: meets & (near_counts | far_counts),
         code: near_counts.select(s.code, s.code | 1u32),
     }
 }
