@@ -233,6 +233,29 @@ mod tests {
     }
 
     #[test]
+    fn memory() {
+        assert_eq!(bytes("0"), Ok(0));
+        assert_eq!(bytes("123"), Ok(123));
+        assert_eq!(bytes("3K"), Ok(3 << 10));
+        assert_eq!(bytes("512M"), Ok(512 << 20));
+        assert_eq!(bytes("4G"), Ok(4 << 30));
+        for bad in [
+            "",
+            "G",
+            "-1",
+            "+1",
+            "1.5G",
+            "1KK",
+            "1T",
+            "1 G",
+            "18446744073709551616",
+            "17179869184G",
+        ] {
+            assert!(bytes(bad).is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
     fn assignments() {
         assert_eq!(assignment("a=1"), Ok(("a".into(), "1".into())));
         assert_eq!(assignment("a=b=c"), Ok(("a".into(), "b=c".into())));

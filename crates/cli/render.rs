@@ -16,10 +16,10 @@ use std::path::PathBuf;
 /// # Errors
 /// Whatever goes wrong; with `--json` the last line on stdout says it, too.
 pub fn run(meant: &Render, console: &Console, signals: &Signals) -> Result<(), Failure> {
-    once(meant, console, signals, &mut Vec::new())
+    once(meant, console, signals, &mut |_| {})
 }
 
-/// Renders once; `inputs` becomes the files that the script read, if it got so far.
+/// Renders once. `read` is told the files that the script has read, as soon as it has.
 ///
 /// # Errors
 /// Like [`run`].
@@ -27,9 +27,9 @@ pub fn once(
     meant: &Render,
     console: &Console,
     signals: &Signals,
-    inputs: &mut Vec<PathBuf>,
+    read: &mut dyn FnMut(&[PathBuf]),
 ) -> Result<(), Failure> {
-    let result = job(meant, console, signals, inputs);
+    let result = job(meant, console, signals, read);
     if let (Err(failure), Tell::Programs) = (&result, meant.tell)
         && let Err(error) = Line::error(failure).print()
         && error.kind() == io::ErrorKind::BrokenPipe
@@ -43,10 +43,10 @@ fn job(
     meant: &Render,
     console: &Console,
     signals: &Signals,
-    inputs: &mut Vec<PathBuf>,
+    read: &mut dyn FnMut(&[PathBuf]),
 ) -> Result<(), Failure> {
     let mut stage = meant.script.load()?;
-    *inputs = stage.inputs();
+    read(&stage.inputs());
     let count = stage.with_scene(|scene| scene.animation().frames);
     let frames = meant.frames.as_ref().map(|ranges| ranges.within(count)).transpose();
     let frames = frames.map_err(Failure::usage)?;
@@ -69,7 +69,7 @@ fn job(
     let result = signals.rendering(&job.target.path_for(0), |cancel| {
         reflet_frame::render(&mut stage, &job, cancel, &mut |event| teller.event(&event))
     });
-    *inputs = stage.inputs();
+    read(&stage.inputs());
     if let Some(progress) = &teller.progress {
         progress.end();
     }

@@ -26,45 +26,56 @@ const HASHED: u64 = 1 << 20;
 /// and waits for the next save.
 pub fn run(meant: &Render, console: &Console, signals: &Signals) -> Result<(), Failure> {
     Source::read(&meant.script.path)?;
-    let mut inputs = vec![meant.script.path.clone()];
+    let mut files = BTreeMap::from([(meant.script.path.clone(), None)]);
     loop {
-        let before = look(&inputs);
-        let known = inputs.clone();
-        if let Err(failure) = render::once(meant, console, signals, &mut inputs) {
+        let begin = SystemTime::now();
+        // Looked at before they are read, so that a save during a render is not missed. What an
+        // earlier run read stays among them: it may be what this one lacks.
+        for (path, seen) in &mut files {
+            *seen = look_at(path);
+        }
+        let mut read = |paths: &[PathBuf]| {
+            for path in paths {
+                files.entry(path.clone()).or_insert_with(|| first_look(path, begin));
+            }
+        };
+        if let Err(failure) = render::once(meant, console, signals, &mut read) {
             if failure.message.is_empty() || signals.failure().is_some() {
                 return Err(failure);
             }
             console.error(&failure.message);
         }
-        // A file that only this run named counts from now on, the others from before the run, so
-        // that a save during a render is not missed.
-        let mut seen = look(&inputs);
-        seen.extend(before);
-        // What an earlier run read stays watched: it may be what this one lacked.
-        inputs.extend(known.into_iter().filter(|path| !inputs.contains(path)).collect::<Vec<_>>());
         console.show(&format!("watching {}; Ctrl-C ends", meant.script.path.display()));
-        while look(&inputs) == seen {
+        while files.iter().all(|(path, seen)| look_at(path) == *seen) {
             std::thread::sleep(PAUSE);
         }
-        let mut now = look(&inputs);
-        loop {
-            std::thread::sleep(SETTLED);
-            let later = look(&inputs);
-            if later == now {
-                break;
-            }
-            now = later;
-        }
+        settle(&files);
         console.show("");
     }
 }
 
+/// Waits until the files stay as they are.
+fn settle(files: &BTreeMap<PathBuf, Look>) {
+    let look = || files.keys().map(|path| look_at(path)).collect::<Vec<_>>();
+    let mut before = look();
+    loop {
+        std::thread::sleep(SETTLED);
+        let now = look();
+        if now == before {
+            return;
+        }
+        before = now;
+    }
+}
+
+/// The look of a file that the run since `begin` was the first to read: if it was written since, it
+/// may be another than the one that was read, and counts as changed.
+fn first_look(path: &Path, begin: SystemTime) -> Look {
+    look_at(path).filter(|(modified, ..)| modified.is_none_or(|modified| modified <= begin))
+}
+
 /// A file as it is: time of its last change, length, and what it holds; `None` if it is not there.
 type Look = Option<(Option<SystemTime>, u64, u64)>;
-
-fn look(files: &[PathBuf]) -> BTreeMap<PathBuf, Look> {
-    files.iter().map(|path| (path.clone(), look_at(path))).collect()
-}
 
 fn look_at(path: &Path) -> Look {
     let about = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
@@ -93,5 +104,10 @@ mod tests {
         let two = look_at(&path);
         assert_ne!(one, two);
         assert_eq!(one.unwrap().0, two.unwrap().0);
+
+        // Read for the first time by a run that began before, and by one that began after.
+        let second = Duration::from_secs(1);
+        assert_eq!(first_look(&path, time - second), None);
+        assert_eq!(first_look(&path, time + second), two);
     }
 }

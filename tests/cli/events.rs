@@ -76,16 +76,18 @@ fn what_a_script_prints_is_not_among_the_events() {
 #[test]
 fn without_json_a_summary_closes_and_no_bar_is_drawn_off_a_terminal() {
     let room = Room::furnished();
-    let ran =
-        room.good(&["render", "five.rhai", "-o", "f.png", "--threads", "2", "--isa", "scalar"]);
-    assert!(ran.out.is_empty());
-    assert_eq!(ran.err.lines().count(), 2, "{}", ran.err);
-    assert!(ran.err.starts_with("5 frames in "), "{}", ran.err);
-    for word in ["f-0004.png", "720 camera", "0 mirror", "shadow", "Mrays/s", "scalar", "2 threads"]
-    {
-        assert!(ran.err.contains(word), "{word}: {}", ran.err);
+    // Only a material changes: without re-use every frame is traced, with it the first one is.
+    for (more, camera) in [(["--no-reuse"].as_slice(), "720 camera"), (&[], "144 camera")] {
+        let args = ["render", "five.rhai", "-o", "f.png", "--threads", "2", "--isa", "scalar"];
+        let ran = room.good(&[args.as_slice(), more].concat());
+        assert!(ran.out.is_empty());
+        assert_eq!(ran.err.lines().count(), 2, "{}", ran.err);
+        assert!(ran.err.starts_with("5 frames in "), "{}", ran.err);
+        for word in ["f-0004.png", camera, "0 mirror", "shadow", "Mrays/s", "scalar", "2 threads"] {
+            assert!(ran.err.contains(word), "{word}: {}", ran.err);
+        }
+        assert!(!ran.err.contains('\x1b') && !ran.err.contains('\r'), "{:?}", ran.err);
     }
-    assert!(!ran.err.contains('\x1b') && !ran.err.contains('\r'), "{:?}", ran.err);
 }
 
 #[test]
