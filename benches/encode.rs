@@ -7,6 +7,8 @@ use reflet_film::{
     Compression, Format, Layout, Picture, SampleKind, StillOptions, Transfer, TransferTable,
     encode_still,
 };
+use reflet_frame::Batch;
+use reflet_trace::BatchColours;
 use std::sync::atomic::AtomicBool;
 
 fn main() {
@@ -16,10 +18,13 @@ fn main() {
     let mut engine = scenes::engine(Some(1));
     let edge = engine.grid(columns).edge;
     let layout = Layout::try_new(width, height, edge).expect("a size");
-    let mut picture = Picture::try_new(layout, SampleKind::U8).expect("memory");
+    let mut pictures = [Picture::try_new(layout, SampleKind::U8).expect("memory")];
     let table = TransferTable::new(Transfer::Srgb, SampleKind::U8);
     let never = AtomicBool::new(false);
-    engine.render(columns, None, &table, &mut picture, &never).expect("it is not cancelled");
+    let colours = BatchColours::of(columns);
+    let batch = Batch { columns, changes: None, colours: &colours, table: &table, last: None };
+    engine.render(batch, &mut pictures, &never).expect("it is not cancelled");
+    let [picture] = pictures;
     // The peer gets its rows ready; ours takes them out of the tiles itself.
     let line = width as usize * 3;
     let mut rows = vec![0; line * height as usize];

@@ -4,7 +4,7 @@ mod scenes;
 
 use criterion::Throughput;
 use reflet_accel::{Accel, Isa, Structure};
-use reflet_trace::{Grid, ShadeScratch, Shader, TileColours, TraceScratch, Tracer, Trees};
+use reflet_trace::{BatchColours, Grid, ShadeScratch, Shader, TraceScratch, Tracer, Trees};
 
 fn main() {
     let packer = scenes::mirrors(0).with_scene(scenes::packed);
@@ -25,14 +25,16 @@ fn main() {
         let mut group = criterion.benchmark_group("shade/mirrors-10");
         group.throughput(Throughput::Elements(width * height));
         for isa in Isa::available() {
-            let shader = Shader::new(columns, isa.level().expect("one that is available"));
-            let (mut scratch, mut out) = (ShadeScratch::default(), TileColours::default());
+            let colours = BatchColours::of(columns);
+            let level = isa.level().expect("one that is available");
+            let shader = Shader::new(columns, &colours, level);
+            let (mut scratch, mut out) = (ShadeScratch::default(), Vec::new());
             group.bench_function(isa.name(), |b| {
                 b.iter(|| {
                     for (tile, trees) in tiles.iter().enumerate() {
                         shader.begin(&mut scratch);
                         shader.add(trees, &mut scratch);
-                        shader.finish(grid.rect(tile), grid.edge, &scratch, &mut out);
+                        shader.finish(0, (grid.rect(tile), grid.edge), &scratch, &mut out);
                     }
                 });
             });

@@ -26,8 +26,8 @@
 //! let mut kept = KeptBands::new();
 //! for frame in 0..2 {
 //!     for mut tile in picture.tiles_mut() {
-//!         let grey = [tile.index as f32 / 8.0; 16 * 16];
-//!         table.encode_tile([&grey, &grey, &grey], &mut tile.samples);
+//!         let grey = [[tile.index as f32 / 8.0; 4]; 16 * 16];
+//!         table.encode_tile(&grey, &mut tile.samples);
 //!     }
 //!     let options = StillOptions::default();
 //!     let encoded = encode_still(&picture, target.format(), &options, Some(&mut kept))?;

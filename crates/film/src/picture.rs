@@ -190,6 +190,36 @@ pub struct TileMut<'a> {
     pub samples: SamplesMut<'a>,
 }
 
+impl TileMut<'_> {
+    /// Takes over the samples of another tile, or of the same tile of another picture.
+    ///
+    /// # Panics
+    /// If the two tiles have samples of different types or sizes.
+    pub fn copy_from(&mut self, other: &TileMut<'_>) {
+        match (&mut self.samples, &other.samples) {
+            (SamplesMut::U8(to), SamplesMut::U8(from)) => to.copy_from_slice(from),
+            (SamplesMut::U16(to), SamplesMut::U16(from)) => to.copy_from_slice(from),
+            (SamplesMut::F32(to), SamplesMut::F32(from)) => to.copy_from_slice(from),
+            _ => panic!("samples of different types"),
+        }
+    }
+
+    /// Takes over the samples that `picture` has in the same place.
+    ///
+    /// # Panics
+    /// If the picture has samples of another type, or tiles of another size or number.
+    pub fn copy_from_picture(&mut self, picture: &Picture) {
+        let chunk = picture.layout.chunk_len();
+        let place = self.index * chunk..(self.index + 1) * chunk;
+        match (&mut self.samples, &picture.samples) {
+            (SamplesMut::U8(to), Samples::U8(from)) => to.copy_from_slice(&from[place]),
+            (SamplesMut::U16(to), Samples::U16(from)) => to.copy_from_slice(&from[place]),
+            (SamplesMut::F32(to), Samples::F32(from)) => to.copy_from_slice(&from[place]),
+            _ => panic!("samples of different types"),
+        }
+    }
+}
+
 /// Memory for a picture could not be had.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct OutOfMemory {

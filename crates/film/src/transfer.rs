@@ -154,30 +154,22 @@ fn sample_u16(table: &Thresholds16, bits: u32) -> u16 {
     (sample - 1) as u16
 }
 
-/// Integer samples of planes. Clamping by itself, some pixels at a time, is left to the vector
+/// Integer samples of pixels. Clamping by itself, some pixels at a time, is left to the vector
 /// units; together with the look-up the compiler makes branches of it.
 #[inline(always)]
-fn each<T>(
-    [red, green, blue]: [&[f32]; 3],
-    samples: &mut [T],
-    floor: f32,
-    sample: impl Fn(u32) -> T,
-) {
+fn each<T>(pixels: &[[f32; 4]], samples: &mut [T], floor: f32, sample: impl Fn(u32) -> T) {
     const PIECE: usize = 64;
-    let mut bits = [[0_u32; PIECE]; 3];
-    let pieces = red.chunks(PIECE).zip(green.chunks(PIECE)).zip(blue.chunks(PIECE));
-    for (samples, ((red, green), blue)) in samples.chunks_mut(3 * PIECE).zip(pieces) {
-        for (bits, plane) in bits.iter_mut().zip([red, green, blue]) {
-            for (bits, &x) in bits.iter_mut().zip(plane) {
+    let mut bits = [[0_u32; 4]; PIECE];
+    for (samples, pixels) in samples.chunks_mut(3 * PIECE).zip(pixels.chunks(PIECE)) {
+        for (bits, pixel) in bits.iter_mut().zip(pixels) {
+            for (bits, &x) in bits.iter_mut().zip(pixel) {
                 *bits = clamped_bits(x, floor);
             }
         }
-        let [red, green, blue] = &bits;
-        let pixels = red.iter().zip(green).zip(blue);
-        for (pixel, ((&r, &g), &b)) in samples.chunks_exact_mut(3).zip(pixels) {
-            pixel[0] = sample(r);
-            pixel[1] = sample(g);
-            pixel[2] = sample(b);
+        for (samples, bits) in samples.chunks_exact_mut(3).zip(&bits) {
+            samples[0] = sample(bits[0]);
+            samples[1] = sample(bits[1]);
+            samples[2] = sample(bits[2]);
         }
     }
 }
@@ -221,33 +213,25 @@ impl TransferTable {
         }
     }
 
-    /// Encodes a tile: `red`, `green` and `blue` are linear intensities, one a pixel, rows of the
-    /// tile consecutive; `samples` takes three a pixel. NaN becomes 0 in integers and one canonical
-    /// NaN in floats.
+    /// Encodes a tile: `pixels` are linear intensities of red, green and blue and a fourth number
+    /// that means nothing, rows of the tile consecutive; `samples` takes three a pixel. NaN becomes
+    /// 0 in integers and one canonical NaN in floats.
     ///
     /// # Panics
     /// If the lengths do not fit, or `samples` are not of the table's kind.
-    pub fn encode_tile(&self, [red, green, blue]: [&[f32]; 3], samples: &mut SamplesMut<'_>) {
-        assert!(
-            red.len() * 3 == samples.len() && green.len() == red.len() && blue.len() == red.len(),
-            "a tile of {} samples from {}, {} and {} intensities",
-            samples.len(),
-            red.len(),
-            green.len(),
-            blue.len(),
-        );
-        let rgb = [red, green, blue];
+    pub fn encode_tile(&self, pixels: &[[f32; 4]], samples: &mut SamplesMut<'_>) {
+        assert_eq!(pixels.len() * 3, samples.len(), "three samples a pixel");
         match (&self.table, samples) {
             (Table::U8(table), SamplesMut::U8(out)) => {
-                each(rgb, out, U8_FLOOR, |bits| sample_u8(table, bits));
+                each(pixels, out, U8_FLOOR, |bits| sample_u8(table, bits));
             }
             (Table::U16(table), SamplesMut::U16(out)) => {
-                each(rgb, out, U16_FLOOR, |bits| sample_u16(table, bits));
+                each(pixels, out, U16_FLOOR, |bits| sample_u16(table, bits));
             }
             (Table::F32, SamplesMut::F32(out)) => {
-                let pixels = red.iter().zip(green).zip(blue);
-                for (pixel, ((&r, &g), &b)) in out.chunks_exact_mut(3).zip(pixels) {
-                    pixel.copy_from_slice(&[r, g, b].map(canonical));
+                for (samples, pixel) in out.chunks_exact_mut(3).zip(pixels) {
+                    let [r, g, b, _] = *pixel;
+                    samples.copy_from_slice(&[r, g, b].map(canonical));
                 }
             }
             _ => panic!("the picture's samples are not {:?}", self.kind()),
@@ -372,10 +356,10 @@ mod tests {
     #[test]
     fn tiles_interleave_and_nan_is_canonical() {
         let odd_nan = f32::from_bits(0xffc0_1234);
-        let rgb: [&[f32]; 3] = [&[0.0, 1.0], &[odd_nan, 0.25], &[-3.0, 7.0]];
+        let rgb = [[0.0, odd_nan, -3.0, 5.0], [1.0, 0.25, 7.0, f32::NAN]];
         let mut out = [9.0; 6];
         TransferTable::new(Transfer::Srgb, SampleKind::F32)
-            .encode_tile(rgb, &mut SamplesMut::F32(&mut out));
+            .encode_tile(&rgb, &mut SamplesMut::F32(&mut out));
         let bits = out.map(f32::to_bits);
         assert_eq!(
             bits,
@@ -390,7 +374,7 @@ mod tests {
         );
         let mut out = [9; 6];
         TransferTable::new(Transfer::Linear, SampleKind::U8)
-            .encode_tile(rgb, &mut SamplesMut::U8(&mut out));
+            .encode_tile(&rgb, &mut SamplesMut::U8(&mut out));
         assert_eq!(out, [0, 0, 0, 255, 64, 255]);
     }
 }

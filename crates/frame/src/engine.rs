@@ -1,17 +1,15 @@
 //! Columns to pictures, tile by tile on all threads.
 
 use crate::job::Reuse;
-use crate::reuse::{Keep, MadeFor, Plan};
+use crate::reuse::{MadeFor, Plan};
+use crate::tile::{KeptTile, Room, Tiler, Worker};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use reflet_accel::isa::Level;
 use reflet_accel::{Accel, Isa, RayCounts, Structure};
 use reflet_film::{Layout, Picture, TileMut, TransferTable};
 use reflet_pack::{Changes, Columns};
-use reflet_trace::touch::TouchScratch;
-use reflet_trace::{
-    Grid, RayTally, ShadeScratch, Shader, TileColours, TileRect, TraceScratch, Tracer, Trees,
-};
+use reflet_trace::{BatchColours, Grid, RayTally, Shader, Tracer};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -47,8 +45,24 @@ impl Default for EngineOptions {
     }
 }
 
-/// What a frame took in the engine.
-#[derive(Clone, Copy, Debug, Default)]
+/// Frames that share their ray trees.
+#[derive(Clone, Copy)]
+pub struct Batch<'a> {
+    /// The scene; of its colours, those of any of the frames.
+    pub columns: &'a Columns,
+    /// What differs between the frame rendered before and the batch's first; `None` if that is not
+    /// known.
+    pub changes: Option<&'a Changes>,
+    /// The colours of each frame.
+    pub colours: &'a BatchColours,
+    /// From colours to samples.
+    pub table: &'a TransferTable,
+    /// The picture of the frame rendered before, made with the same table.
+    pub last: Option<&'a Picture>,
+}
+
+/// What a batch took in the engine.
+#[derive(Clone, Debug, Default)]
 pub struct Work {
     /// Rays by kind.
     pub rays: RayTally,
@@ -58,7 +72,17 @@ pub struct Work {
     pub retraced_pixels: u64,
     /// Nodes whose point was found again without a ray.
     pub replayed_nodes: u64,
-    /// Bytes of trees kept for the next frame.
+    /// Segments that were held against the bounds of what moved.
+    pub tested_segments: u64,
+    /// Nodes that kept trees grew by, below their leaves.
+    pub deepened_nodes: u64,
+    /// Nodes whose local colour was computed.
+    pub local_nodes: u64,
+    /// Tiles shaded rather than copied from the frame before, by frame of the batch.
+    pub shaded_tiles: Vec<u64>,
+    /// Tiles of a frame.
+    pub tiles: u64,
+    /// Bytes of trees kept for the next batch.
     pub kept_bytes: u64,
     /// Nanoseconds of building what rays are intersected with.
     pub build_ns: u64,
@@ -83,29 +107,7 @@ struct Store {
     bytes: AtomicU64,
 }
 
-/// The trees of one tile, a sample each; none if there was no room.
-#[derive(Default)]
-struct KeptTile {
-    samples: Vec<Trees>,
-}
-
-impl KeptTile {
-    fn bytes(&self) -> u64 {
-        self.samples.iter().map(|t| t.bytes() as u64).sum()
-    }
-}
-
-#[derive(Default)]
-struct Worker {
-    retraced_pixels: u64,
-    touch: TouchScratch,
-    trace: TraceScratch,
-    shade: ShadeScratch,
-    trees: Trees,
-    colours: TileColours,
-}
-
-/// The frame was told to stop.
+/// The batch was told to stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cancelled;
 
@@ -146,42 +148,42 @@ impl Engine {
         self.pool.clone()
     }
 
-    /// Renders a frame into `picture`. `changes` is what differs from the frame rendered before;
-    /// `None` if that is not known.
+    /// How many bytes kept trees may take from now on.
+    pub fn set_tree_budget(&mut self, bytes: u64) {
+        self.options.cache_bytes = bytes;
+    }
+
+    /// Renders a batch, a frame a picture.
+    ///
+    /// # Panics
+    /// If the pictures differ in size, tiles or samples.
     pub fn render(
         &mut self,
-        columns: &Columns,
-        changes: Option<&Changes>,
-        table: &TransferTable,
-        picture: &mut Picture,
+        batch: Batch<'_>,
+        pictures: &mut [Picture],
         cancel: &AtomicBool,
     ) -> Result<Work, Cancelled> {
         let start = Instant::now();
+        let Batch { columns, changes, .. } = batch;
         if self.accel.is_none() || changes.is_none_or(|c| !c.surfaces.is_empty()) {
             let structure = self.options.structure;
             let build = || Accel::build(&columns.geometry, self.level, structure);
             self.accel = Some(self.pool.install(build));
         }
         let build_ns = nanoseconds(start);
+        let Some(first) = pictures.first() else { return Ok(Work::default()) };
         let start = Instant::now();
-        let grid = grid_of(picture.layout());
+        let grid = grid_of(first.layout());
         let plan = self.plan(columns, changes, grid);
-        self.trace_and_shade(&plan, columns, grid, table, picture, cancel);
+        self.tiles(&plan, batch, grid, pictures, cancel);
         if cancel.load(Ordering::Relaxed) {
             self.store = None; // some tiles are of this frame and some of the last
             return Err(Cancelled);
         }
-        let mut work = Work { build_ns, trace_ns: nanoseconds(start), ..Work::default() };
-        work.kept_bytes = self.store.as_ref().map_or(0, |s| s.bytes.load(Ordering::Relaxed));
-        for worker in &self.workers {
-            let mut worker = worker.lock().unwrap_or_else(PoisonError::into_inner);
-            work.rays += std::mem::take(&mut worker.trace.rays);
-            work.replayed_nodes += std::mem::take(&mut worker.trace.replayed);
-            work.retraced_pixels += std::mem::take(&mut worker.retraced_pixels);
-            let counts = std::mem::take(&mut worker.trace.counts);
-            work.counts.closest += counts.closest;
-            work.counts.any += counts.any;
-        }
+        let mut work = self.collect(pictures.len());
+        work.tiles = grid.len() as u64;
+        work.build_ns = build_ns;
+        work.trace_ns = nanoseconds(start);
         Ok(work)
     }
 
@@ -206,119 +208,76 @@ impl Engine {
         plan
     }
 
-    fn trace_and_shade(
+    fn tiles(
         &mut self,
         plan: &Plan,
-        columns: &Columns,
+        batch: Batch<'_>,
         grid: Grid,
-        table: &TransferTable,
-        picture: &mut Picture,
+        pictures: &mut [Picture],
         cancel: &AtomicBool,
     ) {
         let Some(accel) = &self.accel else { return };
-        let tracer = Tracer { columns, accel };
-        let shader = Shader::new(columns, self.level);
-        let (workers, budget) = (&self.workers, self.options.cache_bytes);
         let mut none = Vec::new();
-        let (kept, bytes) = match &mut self.store {
+        let (kept, used) = match &mut self.store {
             Some(store) => (&mut store.tiles, Some(&store.bytes)),
             None => {
                 none.resize_with(grid.len(), KeptTile::default);
                 (&mut none, None)
             }
         };
-        let tile_of = |(mut tile, kept): (TileMut<'_>, &mut KeptTile)| {
-            if cancel.load(Ordering::Relaxed) {
-                return;
-            }
-            let index = rayon::current_thread_index().unwrap_or(0);
-            let mut worker = workers[index].lock().unwrap_or_else(PoisonError::into_inner);
-            let w = &mut *worker;
-            let rect = grid.rect(tile.index);
-            let room = Room { bytes, budget };
-            w.trees_of(plan, &tracer, rect, kept, &shader, &room);
-            shader.finish(rect, grid.edge, &w.shade, &mut w.colours);
-            let [r, g, b] = &w.colours.rgb;
-            table.encode_tile([r, g, b], &mut tile.samples);
+        let tiler = Tiler {
+            plan,
+            tracer: Tracer { columns: batch.columns, accel },
+            shader: Shader::new(batch.columns, batch.colours, self.level),
+            table: batch.table,
+            last: batch.last,
+            grid,
+            room: Room { used, budget: self.options.cache_bytes },
         };
-        self.pool.install(|| {
-            picture.par_tiles_mut().zip(kept.par_iter_mut()).for_each(tile_of);
-        });
+        let workers = &self.workers;
+        let tile = |(mut frames, kept): (Vec<TileMut<'_>>, &mut KeptTile)| {
+            if !cancel.load(Ordering::Relaxed) {
+                let index = rayon::current_thread_index().unwrap_or(0);
+                let mut worker = workers[index].lock().unwrap_or_else(PoisonError::into_inner);
+                worker.tile(&tiler, kept, &mut frames);
+            }
+        };
+        let tiles = by_tile(pictures, grid.len());
+        self.pool.install(|| tiles.into_par_iter().zip(kept.par_iter_mut()).for_each(tile));
+    }
+
+    /// What all threads counted since the last batch.
+    fn collect(&mut self, frames: usize) -> Work {
+        let mut work = Work { shaded_tiles: vec![0; frames], ..Work::default() };
+        work.kept_bytes = self.store.as_ref().map_or(0, |s| s.bytes.load(Ordering::Relaxed));
+        for worker in &mut self.workers {
+            let worker = worker.get_mut().unwrap_or_else(PoisonError::into_inner);
+            work.rays += std::mem::take(&mut worker.trace.rays);
+            work.replayed_nodes += std::mem::take(&mut worker.trace.replayed);
+            work.tested_segments += std::mem::take(&mut worker.trace.tested);
+            work.deepened_nodes += std::mem::take(&mut worker.trace.deepened);
+            work.local_nodes += std::mem::take(&mut worker.shade.local_nodes);
+            work.retraced_pixels += std::mem::take(&mut worker.retraced_pixels);
+            let counts = std::mem::take(&mut worker.trace.counts);
+            work.counts.closest += counts.closest;
+            work.counts.any += counts.any;
+            let shaded = std::mem::take(&mut worker.shaded_tiles);
+            work.shaded_tiles.iter_mut().zip(shaded).for_each(|(sum, n)| *sum += n);
+        }
+        work
     }
 }
 
-/// The room for kept trees: bytes in use, if trees are kept at all, and how many there may be.
-struct Room<'a> {
-    bytes: Option<&'a AtomicU64>,
-    budget: u64,
-}
-
-impl Worker {
-    /// Brings the trees of a tile up to date, sample by sample, and adds their colours.
-    fn trees_of(
-        &mut self,
-        plan: &Plan,
-        tracer: &Tracer<'_>,
-        rect: TileRect,
-        kept: &mut KeptTile,
-        shader: &Shader<'_>,
-        room: &Room<'_>,
-    ) {
-        let samples = tracer.columns.samples as usize;
-        let before = kept.bytes();
-        kept.samples.truncate(samples);
-        shader.begin(&mut self.shade);
-        if let Plan::Keep(keep) = plan {
-            for (sample, trees) in kept.samples.iter_mut().enumerate() {
-                self.update(keep, tracer, (rect, sample as u32), trees);
-                shader.add(trees, &mut self.shade);
-            }
-        } else {
-            kept.samples.clear();
-        }
-        // Only a whole tile is kept; all of its samples or none.
-        let mut keeps = room.bytes.is_some();
-        let mut grown = 0;
-        if kept.samples.len() < samples {
-            self.retraced_pixels += rect.pixels() as u64;
-        }
-        for sample in kept.samples.len()..samples {
-            tracer.grow(rect, sample as u32, &mut self.trees, &mut self.trace);
-            shader.add(&self.trees, &mut self.shade);
-            grown += self.trees.bytes() as u64;
-            let used = room.bytes.map_or(0, |b| b.load(Ordering::Relaxed));
-            keeps &= used.saturating_add(grown) <= room.budget;
-            if keeps {
-                kept.samples.push(self.trees.clone());
-            } else {
-                kept.samples.clear();
-            }
-        }
-        if let Some(bytes) = room.bytes {
-            // Wraps where it shrinks: the sum is right.
-            bytes.fetch_add(kept.bytes().wrapping_sub(before), Ordering::Relaxed);
+/// The tiles of all pictures, those of the same place together.
+fn by_tile(pictures: &mut [Picture], tiles: usize) -> Vec<Vec<TileMut<'_>>> {
+    let mut places: Vec<Vec<TileMut<'_>>> = Vec::new();
+    places.resize_with(tiles, || Vec::with_capacity(pictures.len()));
+    for picture in pictures {
+        for tile in picture.tiles_mut() {
+            places[tile.index].push(tile);
         }
     }
-
-    fn update(
-        &mut self,
-        keep: &Keep,
-        tracer: &Tracer<'_>,
-        (rect, sample): (TileRect, u32),
-        trees: &mut Trees,
-    ) {
-        if let Some(moved) = &keep.moved {
-            let scratch = (&mut self.trace, &mut self.touch);
-            let relit = &keep.revision.relight;
-            let pixels = tracer.retrace((rect, sample), moved, relit, trees, scratch);
-            self.retraced_pixels += pixels as u64;
-        }
-        let deepens =
-            keep.may_deepen(trees, tracer.columns) && tracer.lacks_levels(trees, &mut self.trace);
-        if deepens || keep.revises() {
-            tracer.revise((rect, sample), trees, &keep.revision, &mut self.trace);
-        }
-    }
+    places
 }
 
 /// The tiles of a picture as the first pass sees them.

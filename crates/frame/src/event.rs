@@ -37,7 +37,7 @@ pub struct FrameReport {
     pub pack_ns: u64,
     /// Time of building what rays are intersected with.
     pub build_ns: u64,
-    /// Time of tracing and shading.
+    /// Time of tracing and shading; the time of a batch is shared out equally.
     pub trace_ns: u64,
     /// Time of encoding and writing; it overlaps with the frames after.
     pub encode_ns: u64,
@@ -49,6 +49,16 @@ pub struct FrameReport {
     pub retraced_pixels: u64,
     /// Nodes of kept trees whose point was found again without a ray.
     pub replayed_nodes: u64,
+    /// Segments of kept trees that were held against the bounds of what moved.
+    pub tested_segments: u64,
+    /// Nodes that kept trees grew by, below their leaves.
+    pub deepened_nodes: u64,
+    /// Tiles that were shaded; the others were copied from the frame before.
+    pub shaded_tiles: u64,
+    /// Tiles in all.
+    pub tiles: u64,
+    /// Frames that were shaded together with this one, itself among them.
+    pub batch: u32,
     /// Bytes of trees kept for the next frame.
     pub kept_bytes: u64,
     /// Bytes written.
@@ -83,6 +93,16 @@ pub struct Summary {
     pub isa: &'static str,
     /// Threads that traced.
     pub threads: usize,
+}
+
+impl Summary {
+    /// Adds a frame.
+    pub(crate) fn count(&mut self, frame: &FrameReport) {
+        self.frames += 1;
+        self.rays += frame.rays;
+        self.bytes += frame.bytes;
+        self.trace_ns += frame.trace_ns;
+    }
 }
 
 /// Why a job ended early. Frames before it are on disk.

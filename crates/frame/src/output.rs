@@ -16,7 +16,7 @@ use std::time::Instant;
 /// A frame that was shaded and is to be written.
 pub struct Finished {
     /// Its pixels.
-    pub picture: Picture,
+    pub picture: Arc<Picture>,
     /// What it took so far.
     pub report: FrameReport,
 }

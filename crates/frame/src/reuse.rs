@@ -32,6 +32,10 @@ pub struct Keep {
     woken: Vec<MaterialId>,
     repainted: Vec<SurfaceId>,
     limits_grew: bool,
+    /// Materials whose numbers changed, ascending.
+    recoloured: Vec<MaterialId>,
+    /// Whether colours changed in which any node takes part.
+    relit: bool,
 }
 
 /// What a set of kept trees was made for. Trees made for other limits may lack levels.
@@ -71,6 +75,8 @@ impl Plan {
             woken: changes.woken.clone(),
             repainted: changes.repainted.clone(),
             limits_grew: new.max_bounces > old.max_bounces || new.max_path > old.max_path,
+            recoloured: changes.materials.iter().map(|c| c.material).collect(),
+            relit: changes.model || changes.samples || !changes.lights.is_empty(),
             ..Keep::default()
         };
         if !changes.surfaces.is_empty() {
@@ -109,5 +115,14 @@ impl Keep {
                 || self.repainted.binary_search(&slot.surface).is_ok()
         };
         self.limits_grew || trees.palette.iter().any(awake)
+    }
+
+    /// Whether trees with this palette may have other colours now, even if they stayed as they are.
+    pub fn recolours(&self, trees: &Trees, columns: &Columns) -> bool {
+        let differs = |slot: &reflet_trace::palette::Slot| {
+            self.recoloured.binary_search(&slot.material(columns)).is_ok()
+                || self.repainted.binary_search(&slot.surface).is_ok()
+        };
+        self.relit || trees.palette.iter().any(differs)
     }
 }

@@ -1,20 +1,20 @@
 //! The stages in order.
 
-use crate::engine::{Engine, EngineOptions, nanoseconds};
+use crate::engine::{Batch, Engine, EngineOptions, Work, nanoseconds};
 use crate::event::{Event, FrameReport, RenderError, Summary};
 use crate::job::{Draft, Job, Reuse};
 use crate::memory;
 use crate::output::{FilmInfo, Finished, Output};
+use crate::pictures::Pictures;
 use reflet_film::{Fps, Layout, Picture, SampleKind, Transfer, TransferTable};
-use reflet_pack::{Columns, Overrides, Packer, TransferCurve};
+use reflet_pack::{Changes, Overrides, Packer, TransferCurve};
 use reflet_script::{ScriptError, Stage};
+use reflet_trace::BatchColours;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::Instant;
-
-/// How many pictures are under way: one traced, one that waits, one written.
-const PICTURES: usize = 3;
 
 /// Renders the frames of `job`. Frames are written in order; when the job ends early, those before
 /// stand, and nothing else of it stays.
@@ -34,38 +34,32 @@ pub fn render(
     let frames = job.frames.clone().unwrap_or_else(|| (0..animation.frames).collect());
     let cache_bytes =
         job.cache_bytes.or_else(|| memory::available().map(|a| a / 4)).unwrap_or(1 << 30);
-    let options = EngineOptions {
-        threads: job.threads,
-        isa: job.isa,
-        // Nothing builds on the last frame.
-        reuse: if frames.len() > 1 { job.reuse } else { Reuse::Never },
-        cache_bytes,
-        ..Default::default()
-    };
+    // Nothing builds on the last frame.
+    let reuse = if frames.len() > 1 { job.reuse } else { Reuse::Never };
+    let options = EngineOptions { threads: job.threads, isa: job.isa, reuse, ..Default::default() };
     let mut engine = Engine::new(options).map_err(RenderError::Other)?;
-    let mut packer = pack(stage, job)?;
+    let packer = pack(stage, job)?;
     let size = packer.columns().view.size;
     let kind = job.target.format().sample_kind();
-    let mut pictures = Pictures::new(&engine, packer.columns(), kind)?;
+    let edge = engine.grid(packer.columns()).edge;
+    let layout =
+        Layout::try_new(size[0], size[1], edge).map_err(|e| RenderError::Other(e.to_string()))?;
+    let ahead = if reuse == Reuse::Never { 1 } else { frames.len() };
+    let pictures = Pictures::new(layout, kind, ahead, cache_bytes)?;
+    engine.set_tree_budget(cache_bytes.saturating_sub(pictures.bytes()));
     let fps = Fps::from_f64(animation.fps).map_err(|e| RenderError::Other(e.to_string()))?;
     let info = FilmInfo { size, fps, frames: frames.len() as u32 };
 
     let begin = Instant::now();
-    let mut summary =
-        Summary { isa: engine.isa(), threads: engine.threads(), ..Summary::default() };
-    events(Event::Started {
-        frames: frames.len(),
-        size,
-        isa: engine.isa(),
-        threads: engine.threads(),
-    });
+    let (isa, threads) = (engine.isa(), engine.threads());
+    events(Event::Started { frames: frames.len(), size, isa, threads });
     let pool = engine.pool();
     let first = frames.first().copied().unwrap_or(0);
     let mut output = Output::open(job.target.clone(), job.compression, info, &pool)
         .map_err(|(path, error)| RenderError::Output { frame: first, path, error })?;
 
     let result = thread::scope(|scope| {
-        let (finished, to_write) = sync_channel::<Finished>(1);
+        let (finished, to_write) = channel::<Finished>();
         let (report, written) = channel::<Result<Finished, RenderError>>();
         let output = &mut output;
         scope.spawn(move || {
@@ -77,67 +71,213 @@ pub fn render(
                 }
             }
         });
-
-        let mut table = None;
-        let mut frame_by_frame = || {
-            for (i, frame) in frames.iter().copied().enumerate() {
-                pictures.reclaim(&written, &mut summary, events)?;
-                if cancel.load(Ordering::Relaxed) {
-                    return Err(RenderError::Cancelled);
-                }
-                let mut timer = Instant::now();
-                let mut lap = || nanoseconds(std::mem::replace(&mut timer, Instant::now()));
-                // script
-                stage.frame(frame).map_err(|error| script_error(Some(frame), error))?;
-                let script_ns = lap();
-                // pack, diff
-                let changes = stage.with_scene(|scene| packer.update(scene));
-                let pack_ns = lap();
-                // accelerate, trace, shade
-                let columns = packer.columns();
-                let table = transfer(&mut table, columns.model.transfer, kind);
-                let mut picture = pictures.take(&written, &mut summary, events)?;
-                let changes = (i > 0).then_some(&changes);
-                let work = engine
-                    .render(columns, changes, table, &mut picture, cancel)
-                    .map_err(|_| RenderError::Cancelled)?;
-                // film, file
-                let report = FrameReport {
-                    frame,
-                    script_ns,
-                    pack_ns,
-                    build_ns: work.build_ns,
-                    trace_ns: work.trace_ns,
-                    rays: work.rays,
-                    accel_rays: work.counts.closest + work.counts.any,
-                    retraced_pixels: work.retraced_pixels,
-                    replayed_nodes: work.replayed_nodes,
-                    kept_bytes: work.kept_bytes,
-                    ..FrameReport::default()
-                };
-                if finished.send(Finished { picture, report }).is_err() {
-                    break; // the writer has failed: its error is on the way
-                }
-            }
-            Ok(())
-        };
-        let result = frame_by_frame();
-        // Whatever ended the loop, the frames before are written.
-        drop(finished);
-        result.and(pictures.drain(&written, &mut summary, events))
+        let summary = Summary { isa, threads, ..Summary::default() };
+        let writer = Writer { finished, written, under_way: 0, summary, events };
+        let run = Run { engine, packer, pictures, table: None, kind, writer, cancel };
+        run.frames(stage, &frames)
     });
     // Files of frames that were written stand, whatever ended the job.
     match result {
-        Ok(()) => output.finish(frames.last().copied().unwrap_or(0))?,
+        Ok(mut summary) => {
+            output.finish(frames.last().copied().unwrap_or(0))?;
+            summary.elapsed_ns = nanoseconds(begin);
+            Ok(summary)
+        }
         Err(error) => {
             if !job.target.format().is_film() {
                 let _ = output.finish(0);
             }
-            return Err(error);
+            Err(error)
         }
     }
-    summary.elapsed_ns = nanoseconds(begin);
-    Ok(summary)
+}
+
+/// A job under way: all that outlives a frame.
+struct Run<'a, 'e> {
+    engine: Engine,
+    packer: Packer,
+    pictures: Pictures,
+    table: Option<TransferTable>,
+    kind: SampleKind,
+    writer: Writer<'e>,
+    cancel: &'a AtomicBool,
+}
+
+/// Frames that were packed and wait to be shaded together: their ray trees are the same.
+#[derive(Default)]
+struct Pending {
+    frames: Vec<FrameReport>,
+    /// What differs between the last frame shaded and the first of these; `None` at the very first.
+    changes: Option<Changes>,
+    colours: BatchColours,
+}
+
+/// Colours that wait take no more bytes than this: with very many materials, batches are short.
+const MOST_COLOURS: u64 = 64 << 20;
+
+impl Pending {
+    fn holds(&self, frames: usize) -> bool {
+        self.frames.len() >= frames || self.colours.bytes() > MOST_COLOURS
+    }
+}
+
+impl Run<'_, '_> {
+    fn frames(mut self, stage: &mut Stage, frames: &[u32]) -> Result<Summary, RenderError> {
+        let result = self.frame_by_frame(stage, frames);
+        // Whatever ended the loop, the frames before are written.
+        result.and(self.writer.finish())
+    }
+
+    fn frame_by_frame(&mut self, stage: &mut Stage, frames: &[u32]) -> Result<(), RenderError> {
+        let mut pending = Pending::default();
+        // The first picture is soon there; a script that fails at a frame has lost little.
+        let mut batch = 1;
+        for (i, frame) in frames.iter().copied().enumerate() {
+            self.writer.reclaim(&mut self.pictures)?;
+            if self.cancel.load(Ordering::Relaxed) {
+                return Err(RenderError::Cancelled);
+            }
+            let mut timer = Instant::now();
+            let mut lap = || nanoseconds(std::mem::replace(&mut timer, Instant::now()));
+            // script
+            if let Err(error) = stage.frame(frame) {
+                self.shade(&mut pending)?; // the frames before it stand
+                return Err(script_error(Some(frame), error));
+            }
+            let script_ns = lap();
+            let joins = stage.with_scene(|scene| self.packer.only_recolours(scene));
+            if !pending.frames.is_empty() && (!joins || pending.holds(batch)) {
+                self.shade(&mut pending)?;
+                batch = (2 * batch).min(self.pictures.longest_batch());
+                lap();
+            }
+            // pack, diff
+            let changes = stage.with_scene(|scene| self.packer.update(scene));
+            pending.colours.push(self.packer.columns(), &changes);
+            let pack_ns = lap();
+            pending.frames.push(FrameReport { frame, script_ns, pack_ns, ..Default::default() });
+            if pending.frames.len() == 1 {
+                pending.changes = (i > 0).then_some(changes);
+            }
+        }
+        self.shade(&mut pending)
+    }
+
+    /// Accelerate, trace, shade; then film and file on another thread.
+    fn shade(&mut self, pending: &mut Pending) -> Result<(), RenderError> {
+        let Pending { frames, changes, colours } = std::mem::take(pending);
+        let mut pictures = Vec::new();
+        while pictures.len() < frames.len() {
+            pictures.push(self.writer.take(&mut self.pictures)?);
+        }
+        let columns = self.packer.columns();
+        let table = transfer(&mut self.table, columns.model.transfer, self.kind);
+        let last = self.pictures.last();
+        let batch = Batch {
+            columns,
+            changes: changes.as_ref(),
+            colours: &colours,
+            table,
+            last: last.as_deref(),
+        };
+        let work = self.engine.render(batch, &mut pictures, self.cancel);
+        let work = work.map_err(|_| RenderError::Cancelled)?;
+        let shaded = frames.into_iter().zip(pictures);
+        for (i, (report, picture)) in shaded.enumerate() {
+            let picture = Arc::new(picture);
+            self.pictures.set_last(&picture);
+            self.writer.write(Finished { picture, report: told(report, &work, i) });
+        }
+        Ok(())
+    }
+}
+
+/// The report of the `i`-th frame of a batch. What was done once for all of them counts as the
+/// first one's; their time is shared out equally.
+fn told(report: FrameReport, work: &Work, i: usize) -> FrameReport {
+    let frames = work.shaded_tiles.len() as u64;
+    let report = FrameReport {
+        batch: frames as u32,
+        trace_ns: work.trace_ns / frames,
+        shaded_tiles: work.shaded_tiles[i],
+        tiles: work.tiles,
+        kept_bytes: work.kept_bytes,
+        ..report
+    };
+    if i > 0 {
+        return report;
+    }
+    FrameReport {
+        build_ns: work.build_ns,
+        rays: work.rays,
+        accel_rays: work.counts.closest + work.counts.any,
+        retraced_pixels: work.retraced_pixels,
+        replayed_nodes: work.replayed_nodes,
+        tested_segments: work.tested_segments,
+        deepened_nodes: work.deepened_nodes,
+        ..report
+    }
+}
+
+/// The way to the thread that writes, and back.
+struct Writer<'e> {
+    finished: Sender<Finished>,
+    written: Receiver<Result<Finished, RenderError>>,
+    under_way: usize,
+    summary: Summary,
+    events: &'e mut dyn FnMut(Event<'_>),
+}
+
+impl Writer<'_> {
+    fn write(&mut self, frame: Finished) {
+        // If the writer has failed, its error is on the way back.
+        if self.finished.send(frame).is_ok() {
+            self.under_way += 1;
+        }
+    }
+
+    /// A picture to shade into; waits for one if all are under way.
+    fn take(&mut self, pictures: &mut Pictures) -> Result<Picture, RenderError> {
+        loop {
+            if let Some(picture) = pictures.take() {
+                return Ok(picture);
+            }
+            if self.under_way == 0 {
+                pictures.forget_last();
+                continue;
+            }
+            match self.written.recv() {
+                Ok(frame) => pictures.give_back(self.count(frame?)),
+                Err(_) => return Err(RenderError::Other("the writer has stopped".to_owned())),
+            }
+        }
+    }
+
+    /// Takes back what has been written by now.
+    fn reclaim(&mut self, pictures: &mut Pictures) -> Result<(), RenderError> {
+        while let Ok(frame) = self.written.try_recv() {
+            pictures.give_back(self.count(frame?));
+        }
+        Ok(())
+    }
+
+    /// Waits until all is written.
+    fn finish(mut self) -> Result<Summary, RenderError> {
+        let (closed, _) = channel();
+        drop(std::mem::replace(&mut self.finished, closed));
+        while let Ok(frame) = self.written.recv() {
+            self.count(frame?);
+        }
+        Ok(self.summary)
+    }
+
+    fn count(&mut self, frame: Finished) -> Arc<Picture> {
+        let r = &frame.report;
+        self.under_way -= 1;
+        self.summary.count(r);
+        (self.events)(Event::Frame(r));
+        frame.picture
+    }
 }
 
 /// Packs the scene as the script left it.
@@ -172,95 +312,4 @@ fn transfer(
         *table = None;
     }
     table.get_or_insert_with(|| TransferTable::new(transfer, kind))
-}
-
-/// The pictures under way, used again and again.
-struct Pictures {
-    layout: Layout,
-    kind: SampleKind,
-    spare: Vec<Picture>,
-    left: usize,
-}
-
-type Written = Receiver<Result<Finished, RenderError>>;
-
-impl Pictures {
-    fn new(engine: &Engine, columns: &Columns, kind: SampleKind) -> Result<Self, RenderError> {
-        let [width, height] = columns.view.size;
-        let edge = engine.grid(columns).edge;
-        let layout =
-            Layout::try_new(width, height, edge).map_err(|e| RenderError::Other(e.to_string()))?;
-        let bytes = layout.len() as u64 * kind.bytes() as u64;
-        // Beside a picture stand its rows as the encoder keeps them, and the file.
-        let (least, usual) = (bytes.saturating_mul(3), bytes.saturating_mul(2 + PICTURES as u64));
-        let available = memory::available().unwrap_or(u64::MAX);
-        if least > available {
-            return Err(RenderError::Memory { needed: least, available });
-        }
-        let left = if usual > available / 2 { 1 } else { PICTURES };
-        let first = Picture::try_new(layout, kind)
-            .map_err(|e| RenderError::Memory { needed: e.bytes as u64, available })?;
-        Ok(Pictures { layout, kind, spare: vec![first], left: left - 1 })
-    }
-
-    /// A picture to trace into; waits for one if all are under way.
-    fn take(
-        &mut self,
-        written: &Written,
-        summary: &mut Summary,
-        events: &mut dyn FnMut(Event<'_>),
-    ) -> Result<Picture, RenderError> {
-        loop {
-            if let Some(picture) = self.spare.pop() {
-                return Ok(picture);
-            }
-            if self.left > 0 {
-                if let Ok(picture) = Picture::try_new(self.layout, self.kind) {
-                    self.left -= 1;
-                    return Ok(picture);
-                }
-                self.left = 0;
-            }
-            match written.recv() {
-                Ok(frame) => self.count(frame?, summary, events),
-                Err(_) => return Err(RenderError::Other("the writer has stopped".to_owned())),
-            }
-        }
-    }
-
-    /// Takes back what has been written by now.
-    fn reclaim(
-        &mut self,
-        written: &Written,
-        summary: &mut Summary,
-        events: &mut dyn FnMut(Event<'_>),
-    ) -> Result<(), RenderError> {
-        while let Ok(frame) = written.try_recv() {
-            self.count(frame?, summary, events);
-        }
-        Ok(())
-    }
-
-    /// Waits until all is written.
-    fn drain(
-        &mut self,
-        written: &Written,
-        summary: &mut Summary,
-        events: &mut dyn FnMut(Event<'_>),
-    ) -> Result<(), RenderError> {
-        while let Ok(frame) = written.recv() {
-            self.count(frame?, summary, events);
-        }
-        Ok(())
-    }
-
-    fn count(&mut self, frame: Finished, summary: &mut Summary, events: &mut dyn FnMut(Event<'_>)) {
-        let r = &frame.report;
-        summary.frames += 1;
-        summary.rays += r.rays;
-        summary.bytes += r.bytes;
-        summary.trace_ns += r.trace_ns;
-        events(Event::Frame(r));
-        self.spare.push(frame.picture);
-    }
 }

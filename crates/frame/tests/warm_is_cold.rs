@@ -3,14 +3,15 @@
 
 use glam::DVec3;
 use reflet_accel::{Isa, Structure};
-use reflet_film::{Layout, Picture, SampleKind, Samples, Transfer, TransferTable};
+use reflet_film::{Layout, Picture, SampleKind, Transfer, TransferTable};
 use reflet_frame::engine::Work;
-use reflet_frame::{Engine, EngineOptions, Reuse};
+use reflet_frame::{Batch, Engine, EngineOptions, Reuse};
 use reflet_pack::{Changes, Columns, Overrides, Packer};
 use reflet_scene::{
     Attenuation, Camera, Checker, Image, Key, Material, Plane, PointLight, Quad, Scene, Settings,
     Sphere, Spotlight, Surface, Triangle,
 };
+use reflet_trace::BatchColours;
 use std::num::NonZeroUsize;
 use std::sync::atomic::AtomicBool;
 
@@ -242,51 +243,106 @@ fn engine(dice: &mut Dice, reuse: Reuse) -> Engine {
     .expect("an engine")
 }
 
-fn render(engine: &mut Engine, columns: &Columns, changes: Option<&Changes>) -> (Vec<u32>, Work) {
-    let [w, h] = columns.view.size;
-    let layout = Layout::try_new(w, h, engine.grid(columns).edge).expect("a layout");
-    let table = TransferTable::new(Transfer::Srgb, SampleKind::F32);
-    let mut picture = Picture::try_new(layout, SampleKind::F32).expect("memory");
-    let cancel = AtomicBool::new(false);
-    let work =
-        engine.render(columns, changes, &table, &mut picture, &cancel).expect("no one stops it");
-    assert!(matches!(picture.samples(), Samples::F32(_)));
-    let mut row = vec![0.0f32; w as usize * 3];
+fn bits(picture: &Picture) -> Vec<u32> {
+    let layout = picture.layout();
+    let mut row = vec![0.0f32; layout.width() as usize * 3];
     let mut bits = Vec::new();
-    for y in 0..h {
+    for y in 0..layout.height() {
         picture.row(y, &mut row);
         bits.extend(row.iter().map(|x| x.to_bits()));
     }
-    (bits, work)
+    bits
+}
+
+/// Renders a batch into float pictures.
+fn render(
+    engine: &mut Engine,
+    columns: &Columns,
+    changes: Option<&Changes>,
+    colours: &BatchColours,
+    last: Option<&Picture>,
+) -> (Vec<Picture>, Work) {
+    let [w, h] = columns.view.size;
+    let layout = Layout::try_new(w, h, engine.grid(columns).edge).expect("a layout");
+    let table = TransferTable::new(Transfer::Srgb, SampleKind::F32);
+    let picture = || Picture::try_new(layout, SampleKind::F32).expect("memory");
+    let mut pictures: Vec<Picture> = (0..colours.len()).map(|_| picture()).collect();
+    // Tiles are the same size as before unless the number of bounces asks for smaller ones.
+    let last = last.filter(|p| p.layout() == layout);
+    let batch = Batch { columns, changes, colours, table: &table, last };
+    let cancel = AtomicBool::new(false);
+    let work = engine.render(batch, &mut pictures, &cancel).expect("no one stops it");
+    (pictures, work)
+}
+
+/// Renders one frame.
+fn still(engine: &mut Engine, columns: &Columns, changes: Option<&Changes>) -> (Picture, Work) {
+    let (mut pictures, work) = render(engine, columns, changes, &BatchColours::of(columns), None);
+    (pictures.remove(0), work)
+}
+
+/// Frames that share their trees, as the frame loop gathers them, and what each must look like.
+#[derive(Default)]
+struct Pending {
+    changes: Option<Changes>,
+    colours: BatchColours,
+    wanted: Vec<(Vec<u32>, String)>,
+}
+
+impl Pending {
+    /// Renders all and compares; gives the last picture.
+    fn hold(
+        self,
+        engine: &mut Engine,
+        columns: &Columns,
+        last: Option<&Picture>,
+    ) -> Option<Picture> {
+        if self.wanted.is_empty() {
+            return None;
+        }
+        let (mut pictures, work) =
+            render(engine, columns, self.changes.as_ref(), &self.colours, last);
+        let counted = work.counts.closest + work.counts.any;
+        assert_eq!(work.rays.total(), counted, "rays as trace and accel count them");
+        for (picture, (want, which)) in pictures.iter().zip(&self.wanted) {
+            let differ = bits(picture).iter().zip(want).filter(|(a, b)| a != b).count();
+            assert_eq!(differ, 0, "samples that differ: {which}");
+        }
+        pictures.pop()
+    }
 }
 
 fn scenario(seed: u64, frames: usize, kinds: &mut dyn FnMut(&mut Dice) -> Vec<usize>) {
     let mut dice = Dice(seed);
     let mut stage = stage(&mut dice);
     let mut warm = engine(&mut dice, Reuse::Keep);
+    let longest = [1, 2, 16][dice.below(3)];
     let mut before = stage.packer.columns().clone();
+    let (mut pending, mut last) = (Pending::default(), None);
     for frame in 0..frames {
         stage.scene.rewind();
         let edits = if frame == 0 { Vec::new() } else { kinds(&mut dice) };
         for kind in &edits {
             edit(*kind, &mut stage, &mut dice);
         }
+        let which = format!("seed {seed} frame {frame} {edits:?}");
+        let joins = stage.packer.only_recolours(&stage.scene);
         let changes = stage.packer.update(&stage.scene);
         let columns = stage.packer.columns().clone();
-        assert_eq!(
-            changes,
-            Changes::between(&before, &columns),
-            "seed {seed} frame {frame} {edits:?}"
-        );
-        let (got, work) = render(&mut warm, &columns, (frame > 0).then_some(&changes));
-        let counted = work.counts.closest + work.counts.any;
-        assert_eq!(work.rays.total(), counted, "rays as trace and accel count them");
+        assert_eq!(changes, Changes::between(&before, &columns), "{which}");
+        if !joins || pending.colours.len() >= longest {
+            let done = std::mem::take(&mut pending).hold(&mut warm, &before, last.as_ref());
+            last = done.or(last);
+        }
+        if pending.wanted.is_empty() {
+            pending.changes = (frame > 0).then(|| changes.clone());
+        }
+        pending.colours.push(&columns, &changes);
         let mut cold = engine(&mut dice, Reuse::Never);
-        let (want, _) = render(&mut cold, &columns, None);
-        let differ = got.iter().zip(&want).filter(|(a, b)| a != b).count();
-        assert_eq!(differ, 0, "samples that differ: seed {seed}, frame {frame}, edits {edits:?}");
+        pending.wanted.push((bits(&still(&mut cold, &columns, None).0), which));
         before = columns;
     }
+    pending.hold(&mut warm, &before, last.as_ref());
 }
 
 #[test]
@@ -315,10 +371,10 @@ fn cost(seed: u64, edit_kind: usize) -> (Work, Work) {
     let mut dice = Dice(seed);
     let mut stage = stage(&mut dice);
     let mut engine = Engine::new(EngineOptions::default()).expect("an engine");
-    let (_, first) = render(&mut engine, stage.packer.columns(), None);
+    let (_, first) = still(&mut engine, stage.packer.columns(), None);
     edit(edit_kind, &mut stage, &mut dice);
     let changes = stage.packer.update(&stage.scene);
-    let (_, second) = render(&mut engine, stage.packer.columns(), Some(&changes));
+    let (_, second) = still(&mut engine, stage.packer.columns(), Some(&changes));
     (first, second)
 }
 

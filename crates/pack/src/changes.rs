@@ -8,6 +8,7 @@ use crate::columns::{Columns, LightBits, SurfaceBits};
 use crate::geometry::Geometry;
 use crate::ids::{LightId, MaterialId, SurfaceId};
 use crate::materials::MaterialRow;
+use crate::view::{Model, View};
 
 /// A surface whose shape, place or visibility changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +19,17 @@ pub struct SurfaceChange {
     pub old_bounds: Aabb,
     /// Where it is; empty if it is not in the picture.
     pub new_bounds: Aabb,
+}
+
+/// A material whose numbers changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialChange {
+    /// Which one; its row may not exist in one of the two frames.
+    pub material: MaterialId,
+    /// What it was.
+    pub old: Option<MaterialRow>,
+    /// What it is.
+    pub new: Option<MaterialRow>,
 }
 
 /// How a light changed.
@@ -43,7 +55,7 @@ pub struct Changes {
     /// Settings that only shading reads: attenuation, background, transfer, and the two limits.
     pub model: bool,
     /// Materials whose numbers differ, ascending.
-    pub materials: Vec<MaterialId>,
+    pub materials: Vec<MaterialChange>,
     /// Those of them that cast no mirrored ray before and do now.
     pub woken: Vec<MaterialId>,
     /// Surfaces that wear other materials in the same pattern, ascending.
@@ -105,10 +117,11 @@ impl Changes {
         new: Option<&MaterialRow>,
     ) {
         if old.map(MaterialRow::bits) != new.map(MaterialRow::bits) {
-            self.materials.push(MaterialId(i as u32));
+            let material = MaterialId(i as u32);
+            self.materials.push(MaterialChange { material, old: old.copied(), new: new.copied() });
             let casts = |m: Option<&MaterialRow>| m.is_some_and(MaterialRow::is_specular);
             if casts(new) && !casts(old) {
-                self.woken.push(MaterialId(i as u32));
+                self.woken.push(material);
             }
         }
     }
@@ -166,17 +179,20 @@ pub(crate) struct Settings {
 
 impl Settings {
     pub(crate) fn of(c: &Columns) -> Settings {
-        let [r, g, b] = c.model.background.map(f32::to_bits);
-        let model = [
-            c.model.max_bounces,
-            c.model.max_path.to_bits(),
-            c.model.attenuation as u32,
-            c.model.transfer as u32,
-            r,
-            g,
-            b,
-        ];
-        Settings { view: c.view.bits(), samples: c.samples, model }
+        Settings::new(&c.view, c.samples, &c.model)
+    }
+
+    pub(crate) fn new(view: &View, samples: u32, m: &Model) -> Settings {
+        let [r, g, b] = m.background.map(f32::to_bits);
+        let path = m.max_path.to_bits();
+        let model = [m.max_bounces, path, m.attenuation as u32, m.transfer as u32, r, g, b];
+        Settings { view: view.bits(), samples, model }
+    }
+
+    /// Whether two differ in nothing but background and attenuation.
+    pub(crate) fn recoloured(&self, other: &Settings) -> bool {
+        let shape = |s: &Settings| (s.view, s.samples, s.model[0], s.model[1], s.model[3]);
+        shape(self) == shape(other)
     }
 }
 

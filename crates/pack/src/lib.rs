@@ -28,7 +28,7 @@ pub mod surfaces;
 pub mod view;
 
 pub use bounds::Aabb;
-pub use changes::{Changes, LightChange, SurfaceChange};
+pub use changes::{Changes, LightChange, MaterialChange, SurfaceChange};
 pub use columns::Columns;
 pub use geometry::{Geometry, ShapeKind};
 pub use ids::{LightId, MaterialId, PrimId, SurfaceId};

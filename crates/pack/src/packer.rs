@@ -4,7 +4,7 @@ use crate::bounds::Aabb;
 use crate::changes::{Changes, Settings, SurfaceState};
 use crate::columns::{Columns, LightBits};
 use crate::geometry::{Geometry, ShapeKind};
-use crate::ids::{MaterialId, PrimId, SurfaceId};
+use crate::ids::{LightId, MaterialId, PrimId, SurfaceId};
 use crate::lights::{Lights, point_light, spotlight};
 use crate::materials::{MaterialRow, Materials};
 use crate::surfaces::{Cells, Paint, Surfaces};
@@ -104,6 +104,34 @@ impl Packer {
     /// The columns as of the last call.
     pub fn columns(&self) -> &Columns {
         &self.columns
+    }
+
+    /// Whether the next [`Packer::update`] will find nothing changed but colours that shading alone
+    /// reads: materials of which each goes on reflecting or goes on not to, intensities of lights,
+    /// background, attenuation. The ray trees of the columns of now are then those of the scene of
+    /// now. `false` may be too careful: a surface that was written counts as moved.
+    pub fn only_recolours(&self, scene: &Scene) -> bool {
+        let Some(view) = view(scene, &self.overrides) else { return false };
+        let settings = Settings::new(&view, scene.image().samples, &model(scene, &self.overrides));
+        let made_for_a_frame =
+            scene.len() as usize > self.base.keys || self.rows.len() > self.base.keys;
+        !made_for_a_frame
+            && settings.recoloured(&Settings::of(&self.columns))
+            && self.touched.iter().chain(&scene.touched()).all(|key| self.recolours(scene, *key))
+    }
+
+    fn recolours(&self, scene: &Scene, key: Key) -> bool {
+        match self.rows[key.index()] {
+            Row::Material(row) => scene.get::<Material>(key).is_some_and(|new| {
+                let old = &self.columns.materials.rows[row as usize];
+                MaterialRow::from(new).is_specular() == old.is_specular()
+            }),
+            Row::Light(row) => light(scene, key).is_some_and(|(place, _)| {
+                place.bits() == self.columns.light_place(LightId(row)).bits()
+            }),
+            Row::Checker | Row::Surface(_) => false,
+            Row::None => true,
+        }
     }
 
     /// Follows the scene to its state of now and tells what differs from the call before.

@@ -22,6 +22,10 @@ pub struct TraceScratch {
     pub counts: RayCounts,
     /// Nodes whose position was found again without a ray.
     pub replayed: u64,
+    /// Segments of kept trees that were held against the bounds of what moved.
+    pub tested: u64,
+    /// Nodes that kept trees grew by, below their leaves.
+    pub deepened: u64,
     pub(crate) known: Stream,
     pub(crate) fresh: Stream,
     next: Rays,
@@ -117,10 +121,12 @@ impl Tracer<'_> {
         revision: &Revision,
         s: &mut TraceScratch,
     ) {
+        let before = trees.nodes();
         s.palette.start(&trees.palette, self.columns.surfaces.len());
         camera::rays(&self.columns.view, rect, sample, &mut s.known.rays);
         s.fresh.clear();
         self.descend(trees, revision, s);
+        s.deepened += (trees.nodes() - before) as u64;
     }
 
     /// Whether some node of kept trees reflects now and has no mirrored ray.

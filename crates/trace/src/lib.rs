@@ -17,9 +17,11 @@
 //! | `stream` | the rays of a level on their way to becoming nodes |
 //! | [`grow`] | these in turn: the first pass |
 //! | [`touch`] | which trees a moved surface can have changed |
+//! | [`colours`] | what only shading reads, for each frame of a batch |
 //! | [`shade`] | the second pass |
 
 pub mod camera;
+pub mod colours;
 pub mod grid;
 pub mod grow;
 pub mod interact;
@@ -31,9 +33,10 @@ mod stream;
 pub mod touch;
 pub mod trees;
 
+pub use colours::BatchColours;
 pub use grid::{Grid, TileRect};
 pub use grow::{PatternCells, Revision, TraceScratch, Tracer};
-pub use shade::{ShadeScratch, Shader, TileColours};
+pub use shade::{Colour, ShadeScratch, Shader};
 pub use stream::RayTally;
 pub use touch::Moved;
 pub use trees::Trees;

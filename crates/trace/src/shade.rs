@@ -1,150 +1,287 @@
-//! The second pass: nodes and today's colours to pixels, deepest level first.
+//! The second pass: nodes and the colours of one or more frames to pixels, deepest level first.
+//!
+//! A node's colour is its local colour (what the surface gives off and scatters) plus its specular
+//! reflectivity times the colour of its mirrored ray. Local colours are kept from frame to frame of
+//! a batch and made anew only on surfaces whose part of them changed, so a frame in which specular
+//! reflectivities change costs one product a mirrored ray.
 
+use crate::colours::{BatchColours, FrameSettings, MaterialsByFrame};
 use crate::grid::TileRect;
 use crate::trees::{Level, Trees};
 use fearless_simd::prelude::*;
-use fearless_simd::{Level as SimdLevel, dispatch};
-use reflet_accel::lanes::{F, LANES};
-use reflet_pack::materials::{MaterialRow, Rgb};
-use reflet_pack::{Attenuation, Columns, LightId};
+use fearless_simd::{Level as SimdLevel, dispatch, f32x4};
+use reflet_pack::materials::MaterialRow;
+use reflet_pack::{Attenuation, Columns};
 
-/// Linear colours of one tile: planes of red, green and blue, rows of `edge` pixels.
-#[derive(Clone, Debug, Default)]
-pub struct TileColours {
-    /// Red, green, blue.
-    pub rgb: [Vec<f32>; 3],
-}
+/// A linear colour: red, green, blue, and a fourth number that means nothing.
+pub type Colour = [f32; 4];
 
 /// What the second pass reads.
 pub struct Shader<'a> {
     columns: &'a Columns,
+    batch: &'a BatchColours,
+    materials: MaterialsByFrame,
     level: SimdLevel,
-    emissivity: Vec<Rgb>,
 }
 
-/// Memory of one thread for the second pass.
+/// Memory of one thread for the second pass, and what it counted.
 #[derive(Default)]
 pub struct ShadeScratch {
-    /// The tile's materials of today; entry 0 is a miss.
-    colours: Vec<MaterialRow>,
-    /// What the mirrored rays of a level return.
-    below: [Vec<f32>; 3],
-    /// The level's own colours.
-    own: [Vec<f32>; 3],
-    /// The sum over the samples added so far.
-    sum: [Vec<f32>; 3],
+    /// Nodes whose local colour was computed.
+    pub local_nodes: u64,
+    /// Products of a reflectivity and a mirrored ray's colour.
+    pub mirrored_nodes: u64,
+    table: SlotTable,
+    /// Where each level begins in `local` and `own`.
+    starts: Vec<usize>,
+    local: Vec<Colour>,
+    own: Vec<Colour>,
+    frames: Vec<FrameSum>,
     samples: u32,
 }
 
+/// A tile in one frame: the sum over the samples added so far.
+#[derive(Clone, Debug, Default)]
+struct FrameSum {
+    sum: Vec<Colour>,
+    /// Whether it differs from the batch's frame before.
+    recoloured: bool,
+}
+
+/// The colours of a tile's slots in one frame; slot 0 is a miss.
+#[derive(Default)]
+struct SlotTable {
+    /// Which of the batch's changing materials each slot wears, if any.
+    changing: Vec<Option<u32>>,
+    ambient: Vec<Colour>,
+    specular: Vec<Colour>,
+    /// Diffuse reflectivity times emissivity: a row of lights a slot.
+    lit: Vec<Colour>,
+    /// Slots whose nodes need their local colour again.
+    stale: Vec<bool>,
+    lights: usize,
+}
+
+/// What of a tile's colours differs from the frame before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Differs {
+    Nothing,
+    Specular,
+    Local,
+}
+
 impl<'a> Shader<'a> {
-    /// A shader with the colours of `columns`.
-    pub fn new(columns: &'a Columns, level: SimdLevel) -> Self {
-        let lights = columns.lights.len() as u32;
-        let emissivity = (0..lights).map(|i| columns.emissivity(LightId(i))).collect();
-        Shader { columns, level, emissivity }
+    /// A shader of the frames of `batch`, whose trees were made for `columns`.
+    pub fn new(columns: &'a Columns, batch: &'a BatchColours, level: SimdLevel) -> Self {
+        Shader { columns, batch, materials: MaterialsByFrame::new(batch), level }
+    }
+
+    /// Whether any but the first frame may differ from the one before it where `trees` are seen.
+    pub fn recolours(&self, trees: &Trees) -> bool {
+        let settings = |f: usize| self.batch.settings(f);
+        (1..self.batch.len()).any(|f| settings(f) != settings(f - 1))
+            || trees.palette.iter().any(|s| self.materials.find(s.material(self.columns)).is_some())
     }
 
     /// Starts the mean over a tile's samples.
     pub fn begin(&self, scratch: &mut ShadeScratch) {
         scratch.samples = 0;
+        scratch.frames.resize_with(self.batch.len(), FrameSum::default);
+        for frame in &mut scratch.frames {
+            frame.recoloured = false;
+        }
     }
 
-    /// Adds the colours of one sample's trees. Samples are added in their order.
+    /// Adds the colours of one sample's trees in all frames. Samples are added in their order.
     pub fn add(&self, trees: &Trees, scratch: &mut ShadeScratch) {
-        self.shade_sample(trees, scratch);
-        for (sum, own) in scratch.sum.iter_mut().zip(&scratch.own) {
+        let deepest = trees.levels.len().min(self.columns.model.max_bounces as usize + 1);
+        let levels = &trees.levels[..deepest];
+        scratch.starts.clear();
+        scratch.starts.push(0);
+        for level in levels {
+            scratch.starts.push(scratch.starts.last().unwrap_or(&0) + level.len());
+        }
+        let nodes = *scratch.starts.last().unwrap_or(&0);
+        scratch.local.resize(nodes, Colour::default());
+        scratch.own.resize(nodes, Colour::default());
+
+        for frame in 0..self.batch.len() {
+            let differs = scratch.table.follow(self, trees, frame);
+            if differs == Differs::Local {
+                let inverse = self.batch.settings(frame).attenuation == Attenuation::Inverse;
+                let attenuation = if inverse { Attenuation::Inverse } else { Attenuation::None };
+                dispatch!(self.level, simd => local(simd, levels, attenuation, scratch));
+            }
+            if differs > Differs::Nothing {
+                scratch.frames[frame].recoloured = true;
+                let max_path = self.columns.model.max_path;
+                dispatch!(self.level, simd => mirrored(simd, levels, max_path, scratch));
+            }
+            let pixels = levels.first().map_or(0, Level::len);
+            let (sum, own) = (&mut scratch.frames[frame].sum, &scratch.own[..pixels]);
             if scratch.samples == 0 {
-                sum.clone_from(own);
+                sum.clear();
+                sum.extend_from_slice(own);
             } else {
-                sum.iter_mut().zip(own).for_each(|(s, c)| *s += c);
+                for (sum, own) in sum.iter_mut().zip(own) {
+                    sum.iter_mut().zip(own).for_each(|(s, c)| *s += c);
+                }
             }
         }
         scratch.samples += 1;
     }
 
-    /// Ends the mean: colours of a tile of `edge` pixels a side, of which `rect` is in the picture.
-    pub fn finish(&self, rect: TileRect, edge: u32, scratch: &ShadeScratch, out: &mut TileColours) {
+    /// Whether a frame of the batch, not the first, differs here from the one before.
+    pub fn is_recoloured(&self, frame: usize, scratch: &ShadeScratch) -> bool {
+        scratch.frames[frame].recoloured
+    }
+
+    /// Ends the mean: colours of a tile of `edge` pixels a side, row by row, of which `rect` is in
+    /// the picture; black elsewhere.
+    pub fn finish(
+        &self,
+        frame: usize,
+        (rect, edge): (TileRect, u32),
+        scratch: &ShadeScratch,
+        out: &mut Vec<Colour>,
+    ) {
         let n = scratch.samples as f32;
         let (w, edge) = (rect.width as usize, edge as usize);
-        for (plane, sum) in out.rgb.iter_mut().zip(&scratch.sum) {
-            plane.clear();
-            plane.resize(edge * edge, 0.0);
-            for y in 0..rect.height as usize {
-                for (o, s) in plane[y * edge..][..w].iter_mut().zip(&sum[y * w..]) {
-                    // One sample is its own mean: s / 1 is s.
-                    *o = s / n;
+        out.clear();
+        out.resize(edge * edge, Colour::default());
+        let sum = &scratch.frames[frame].sum;
+        for (out, sum) in out.chunks_mut(edge).zip(sum.chunks(w)) {
+            for (out, sum) in out.iter_mut().zip(sum) {
+                for (o, s) in out.iter_mut().zip(sum) {
+                    *o = s / n; // one sample is its own mean: s / 1 is s
                 }
             }
         }
     }
+}
 
-    /// Leaves the colours of one sample in `scratch.own`.
-    fn shade_sample(&self, trees: &Trees, scratch: &mut ShadeScratch) {
-        let model = &self.columns.model;
-        scratch.colours.clear();
-        scratch.colours.push(MaterialRow { ambient: model.background, ..Default::default() });
-        let today = trees.palette.iter().map(|s| *self.columns.material(s.material(self.columns)));
-        scratch.colours.extend(today);
-        let deepest = trees.levels.len().min(model.max_bounces as usize + 1);
-        for depth in (0..deepest).rev() {
-            let level = &trees.levels[depth];
-            let len = level.len().next_multiple_of(LANES);
-            for k in 0..3 {
-                scratch.below[k].clear();
-                scratch.below[k].resize(len, 0.0);
-            }
-            if let Some(child) = trees.levels[..deepest].get(depth + 1) {
-                for (i, parent) in child.parent.iter().enumerate() {
-                    let parent = usize::from(*parent);
-                    if level.total[parent] <= model.max_path {
-                        for k in 0..3 {
-                            scratch.below[k][parent] = scratch.own[k][i];
-                        }
-                    }
-                }
-            }
-            for k in 0..3 {
-                scratch.own[k].resize(len, 0.0);
-            }
-            dispatch!(self.level, simd => self.shade_level(simd, level, scratch));
+impl SlotTable {
+    /// Makes the table that of a frame: wholly for the first of a batch, else what differs.
+    fn follow(&mut self, shader: &Shader<'_>, trees: &Trees, frame: usize) -> Differs {
+        let settings = shader.batch.settings(frame);
+        if frame == 0 {
+            self.start(shader, trees);
         }
+        let all = frame == 0 || shader.batch.settings(frame - 1) != settings;
+        let mut differs = if all { Differs::Local } else { Differs::Nothing };
+        if all {
+            self.ambient[0] = colour(settings.background);
+        }
+        self.stale.fill(all);
+        for (i, slot) in trees.palette.iter().enumerate() {
+            let row = match self.changing[i] {
+                Some(c) => shader.materials.row(frame, c),
+                None if all => shader.columns.material(slot.material(shader.columns)),
+                None => continue,
+            };
+            differs = differs.max(self.set(i + 1, row, settings, all));
+        }
+        differs
     }
 
-    #[inline(always)]
-    fn shade_level<S: Simd>(&self, simd: S, level: &Level, scratch: &mut ShadeScratch) {
-        let len = level.len();
-        for first in (0..len).step_by(LANES) {
-            let some = first..(first + LANES).min(len);
-            let mut gathered = [[0.0; LANES]; 9];
-            for (lane, slot) in level.slot[some.clone()].iter().enumerate() {
-                let row = &scratch.colours[usize::from(*slot)];
-                for k in 0..3 {
-                    gathered[k][lane] = row.ambient[k];
-                    gathered[3 + k][lane] = row.diffuse[k];
-                    gathered[6 + k][lane] = row.specular[k];
-                }
+    fn start(&mut self, shader: &Shader<'_>, trees: &Trees) {
+        let slots = trees.palette.len() + 1;
+        self.lights = shader.columns.lights.len();
+        for (column, rows) in [
+            (&mut self.ambient, slots),
+            (&mut self.specular, slots),
+            (&mut self.lit, slots * self.lights),
+        ] {
+            column.clear();
+            column.resize(rows, Colour::default());
+        }
+        self.stale.resize(slots, true);
+        self.changing.clear();
+        let find = |s: &crate::palette::Slot| shader.materials.find(s.material(shader.columns));
+        self.changing.extend(trees.palette.iter().map(find));
+    }
+
+    /// Gives a slot the colours of `row` and tells what was different.
+    fn set(&mut self, slot: usize, row: &MaterialRow, s: &FrameSettings, all: bool) -> Differs {
+        let mut differs = Differs::Nothing;
+        let specular = colour(row.specular);
+        if bits(&self.specular[slot]) != bits(&specular) {
+            self.specular[slot] = specular;
+            differs = Differs::Specular;
+        }
+        let mut stale = all;
+        let mut put = |place: &mut Colour, new: Colour| {
+            stale |= bits(place) != bits(&new);
+            *place = new;
+        };
+        put(&mut self.ambient[slot], colour(row.ambient));
+        let lit = &mut self.lit[slot * self.lights..][..self.lights];
+        for (place, emissivity) in lit.iter_mut().zip(&s.emissivity) {
+            let [r, g, b] = row.diffuse;
+            put(place, colour([r * emissivity[0], g * emissivity[1], b * emissivity[2]]));
+        }
+        self.stale[slot] = stale;
+        if stale { Differs::Local } else { differs }
+    }
+}
+
+fn colour([r, g, b]: [f32; 3]) -> Colour {
+    [r, g, b, 0.0]
+}
+
+fn bits(c: &Colour) -> [u32; 4] {
+    c.map(f32::to_bits)
+}
+
+/// Local colours of the nodes on stale slots, into `scratch.local`.
+#[inline(always)]
+fn local<S: Simd>(simd: S, levels: &[Level], attenuation: Attenuation, scratch: &mut ShadeScratch) {
+    let table = &scratch.table;
+    // 0 times a finite number is 0 without a look at it.
+    let finite = table.lit.iter().flatten().all(|x| x.is_finite());
+    let zero = f32x4::splat(simd, 0.0);
+    for (level, start) in levels.iter().zip(&scratch.starts) {
+        let out = &mut scratch.local[*start..start + level.len()];
+        let light: Vec<&[f32]> = level.light.iter().map(|terms| &terms[..out.len()]).collect();
+        for (row, (out, slot)) in out.iter_mut().zip(&level.slot).enumerate() {
+            let slot = usize::from(*slot);
+            if !table.stale[slot] {
+                continue;
             }
-            let column = |k: usize| F::from_slice(simd, &gathered[k]);
-            let mut intensity = [column(0), column(1), column(2)];
-            let diffuse = [column(3), column(4), column(5)];
-            let specular = [column(6), column(7), column(8)];
-            for (terms, emissivity) in level.light.iter().zip(&self.emissivity) {
-                let term = load(simd, &terms[some.clone()], 0.0);
-                for k in 0..3 {
-                    let light = times(simd, diffuse[k] * F::splat(simd, emissivity[k]), term);
-                    intensity[k] += light;
-                }
+            scratch.local_nodes += 1;
+            let mut c = f32x4::from_slice(simd, &table.ambient[slot]);
+            let lit = &table.lit[slot * table.lights..][..table.lights];
+            for (lit, terms) in lit.iter().zip(&light) {
+                let (lit, term) = (f32x4::from_slice(simd, lit), f32x4::splat(simd, terms[row]));
+                c += if finite { lit * term } else { times(simd, lit, term) };
             }
-            if self.columns.model.attenuation == Attenuation::Inverse {
-                let inverse = F::splat(simd, 1.0) / load(simd, &level.total[some.clone()], 1.0);
-                for i in &mut intensity {
-                    *i = times(simd, *i, inverse);
-                }
+            if attenuation == Attenuation::Inverse {
+                c = times(simd, c, f32x4::splat(simd, 1.0 / level.total[row]));
             }
-            for k in 0..3 {
-                let below = F::from_slice(simd, &scratch.below[k][first..first + LANES]);
-                let colour = intensity[k] + times(simd, specular[k], below);
-                colour.store_slice(&mut scratch.own[k][first..first + LANES]);
+            // Never -0: what is added below may be +0 or nothing at all.
+            (c + zero).store_slice(out);
+        }
+    }
+}
+
+/// Colours of all nodes, deepest level first, into `scratch.own`.
+#[inline(always)]
+fn mirrored<S: Simd>(simd: S, levels: &[Level], max_path: f32, scratch: &mut ShadeScratch) {
+    scratch.own.copy_from_slice(&scratch.local);
+    let specular = &scratch.table.specular;
+    for depth in (1..levels.len()).rev() {
+        let (parents, children) = scratch.own.split_at_mut(scratch.starts[depth]);
+        let parents = &mut parents[scratch.starts[depth - 1]..];
+        let above = &levels[depth - 1];
+        scratch.mirrored_nodes += levels[depth].len() as u64;
+        for (child, parent) in children.iter().zip(&levels[depth].parent) {
+            let parent = usize::from(*parent);
+            if above.total[parent] <= max_path {
+                let reflectivity = &specular[usize::from(above.slot[parent])];
+                let below = f32x4::from_slice(simd, child);
+                let own = f32x4::from_slice(simd, &parents[parent]);
+                let colour = own + times(simd, f32x4::from_slice(simd, reflectivity), below);
+                colour.store_slice(&mut parents[parent]);
             }
         }
     }
@@ -153,18 +290,7 @@ impl<'a> Shader<'a> {
 /// `a * b`, but 0 where either is exactly 0: a factor of 0 contributes nothing, whatever it would
 /// multiply (0 times infinity is NaN).
 #[inline(always)]
-fn times<S: Simd>(simd: S, a: F<S>, b: F<S>) -> F<S> {
-    let zero = F::splat(simd, 0.0);
+fn times<S: Simd>(simd: S, a: f32x4<S>, b: f32x4<S>) -> f32x4<S> {
+    let zero = f32x4::splat(simd, 0.0);
     (a.simd_eq(zero) | b.simd_eq(zero)).select(zero, a * b)
-}
-
-/// Up to a whole set of lanes; `rest` fills the others.
-#[inline(always)]
-fn load<S: Simd>(simd: S, column: &[f32], rest: f32) -> F<S> {
-    if column.len() == LANES {
-        return F::from_slice(simd, column);
-    }
-    let mut lanes = [rest; LANES];
-    lanes[..column.len()].copy_from_slice(column);
-    F::from_slice(simd, &lanes)
 }

@@ -88,6 +88,7 @@ impl Tracer<'_> {
         t.touched.resize_with(trees.levels.len().max(1), Vec::new);
         for (depth, level) in trees.levels.iter().enumerate() {
             s.replayed += level.len() as u64;
+            s.tested += level.len() as u64;
             s.known.replay(self.columns, &level.code);
             dispatch!(self.accel.level(), simd => s.known.find(simd, &self.columns.geometry));
             let mut touched = std::mem::take(&mut t.touched[depth]);
@@ -142,6 +143,7 @@ impl Tracer<'_> {
             dispatch!(self.accel.level(), simd => lighting::aim(
                 simd, &place, points, &level.code, out, shadow, rows
             ));
+            s.tested += s.shadow_rows.len() as u64;
             for (ray, row) in s.shadow_rows.iter().enumerate() {
                 let row = usize::from(*row);
                 if !touched[row] {

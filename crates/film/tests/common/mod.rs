@@ -19,16 +19,14 @@ pub fn picture(
     for mut part in picture.tiles_mut() {
         let rect = layout.tile_rect(part.index);
         // Padding that an encoder read would show.
-        let mut planes = [vec![0.7; side * side], vec![0.1; side * side], vec![0.9; side * side]];
+        let mut pixels = vec![[0.7, 0.1, 0.9, 0.3]; side * side];
         for y in 0..rect.height {
             for x in 0..rect.width {
                 let rgb = colour(rect.x + x, rect.y + y);
-                for (plane, value) in planes.iter_mut().zip(rgb) {
-                    plane[y as usize * side + x as usize] = value;
-                }
+                pixels[y as usize * side + x as usize][..3].copy_from_slice(&rgb);
             }
         }
-        table.encode_tile([&planes[0], &planes[1], &planes[2]], &mut part.samples);
+        table.encode_tile(&pixels, &mut part.samples);
     }
     picture
 }

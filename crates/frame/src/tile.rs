@@ -1,0 +1,164 @@
+//! One tile of a batch of frames: its trees brought up to date, and its pixels in every frame.
+
+use crate::reuse::{Keep, Plan};
+use reflet_film::{Picture, TileMut, TransferTable};
+use reflet_trace::touch::TouchScratch;
+use reflet_trace::{Colour, Grid, ShadeScratch, Shader, TileRect, TraceScratch, Tracer, Trees};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The trees of one tile, a sample each; none if there was no room.
+#[derive(Default)]
+pub(crate) struct KeptTile {
+    samples: Vec<Trees>,
+}
+
+impl KeptTile {
+    fn bytes(&self) -> u64 {
+        self.samples.iter().map(|t| t.bytes() as u64).sum()
+    }
+}
+
+/// The room for kept trees: bytes in use, if trees are kept at all, and how many there may be.
+pub(crate) struct Room<'a> {
+    pub used: Option<&'a AtomicU64>,
+    pub budget: u64,
+}
+
+/// What a tile is made of.
+pub(crate) struct Tiler<'a> {
+    pub plan: &'a Plan,
+    pub tracer: Tracer<'a>,
+    pub shader: Shader<'a>,
+    pub table: &'a TransferTable,
+    /// The picture before the batch's first, if it is at hand.
+    pub last: Option<&'a Picture>,
+    pub grid: Grid,
+    pub room: Room<'a>,
+}
+
+/// Memory of one thread, and what it counted.
+#[derive(Default)]
+pub(crate) struct Worker {
+    pub retraced_pixels: u64,
+    /// Tiles shaded rather than copied from the frame before, by frame of the batch.
+    pub shaded_tiles: Vec<u64>,
+    pub trace: TraceScratch,
+    pub shade: ShadeScratch,
+    touch: TouchScratch,
+    trees: Trees,
+    colours: Vec<Colour>,
+}
+
+/// Whether a tile's pixels can differ from those of the frame before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pixels {
+    Same,
+    MayDiffer,
+}
+
+impl Worker {
+    /// Makes a tile in every frame of the batch: `frames` has it in each picture.
+    pub fn tile(&mut self, tiler: &Tiler<'_>, kept: &mut KeptTile, frames: &mut [TileMut<'_>]) {
+        let Some(index) = frames.first().map(|tile| tile.index) else { return };
+        let rect = tiler.grid.rect(index);
+        self.shaded_tiles.resize(frames.len(), 0);
+        let before = kept.bytes();
+        let first = self.trees_of(tiler, rect, kept);
+        if let Some(used) = tiler.room.used {
+            // Wraps where it shrinks: the sum is right.
+            used.fetch_add(kept.bytes().wrapping_sub(before), Ordering::Relaxed);
+        }
+        let same = tiler.last.filter(|_| first == Pixels::Same);
+        for frame in 0..frames.len() {
+            let (done, rest) = frames.split_at_mut(frame);
+            let tile = &mut rest[0];
+            match (done.last(), same) {
+                (None, Some(last)) => tile.copy_from_picture(last),
+                (Some(before), _) if !tiler.shader.is_recoloured(frame, &self.shade) => {
+                    tile.copy_from(before);
+                }
+                _ => {
+                    let place = (rect, tiler.grid.edge);
+                    tiler.shader.finish(frame, place, &self.shade, &mut self.colours);
+                    tiler.table.encode_tile(&self.colours, &mut tile.samples);
+                    self.shaded_tiles[frame] += 1;
+                }
+            }
+        }
+    }
+
+    /// Brings the trees of a tile up to date, sample by sample, and adds their colours; tells about
+    /// the pixels of the batch's first frame.
+    fn trees_of(&mut self, tiler: &Tiler<'_>, rect: TileRect, kept: &mut KeptTile) -> Pixels {
+        let Tiler { tracer, shader, room, .. } = tiler;
+        let samples = tracer.columns.samples as usize;
+        kept.samples.truncate(samples);
+        shader.begin(&mut self.shade);
+        let mut pixels = Pixels::MayDiffer;
+        if let Plan::Keep(keep) = tiler.plan {
+            let whole = kept.samples.len() == samples && tiler.last.is_some();
+            pixels = if whole { Pixels::Same } else { Pixels::MayDiffer };
+            for (sample, trees) in kept.samples.iter_mut().enumerate() {
+                let updated = self.update(keep, tracer, (rect, sample as u32), trees);
+                if updated == Pixels::MayDiffer || keep.recolours(trees, tracer.columns) {
+                    pixels = Pixels::MayDiffer;
+                }
+            }
+            // Not a look at any node where nothing differs in the whole batch.
+            let asleep = |trees: &Trees| !shader.recolours(trees);
+            if pixels == Pixels::Same && kept.samples.iter().all(asleep) {
+                return pixels;
+            }
+            for trees in &kept.samples {
+                shader.add(trees, &mut self.shade);
+            }
+        } else {
+            kept.samples.clear();
+        }
+        // Only a whole tile is kept; all of its samples or none.
+        let mut keeps = room.used.is_some();
+        let mut grown = 0;
+        if kept.samples.len() < samples {
+            self.retraced_pixels += rect.pixels() as u64;
+        }
+        for sample in kept.samples.len()..samples {
+            tracer.grow(rect, sample as u32, &mut self.trees, &mut self.trace);
+            shader.add(&self.trees, &mut self.shade);
+            grown += self.trees.bytes() as u64;
+            let used = room.used.map_or(0, |b| b.load(Ordering::Relaxed));
+            keeps &= used.saturating_add(grown) <= room.budget;
+            if keeps {
+                kept.samples.push(self.trees.clone());
+            } else {
+                kept.samples.clear();
+            }
+        }
+        pixels
+    }
+
+    fn update(
+        &mut self,
+        keep: &Keep,
+        tracer: &Tracer<'_>,
+        (rect, sample): (TileRect, u32),
+        trees: &mut Trees,
+    ) -> Pixels {
+        let mut pixels = Pixels::Same;
+        if let Some(moved) = &keep.moved {
+            let scratch = (&mut self.trace, &mut self.touch);
+            let relit = &keep.revision.relight;
+            let retraced = tracer.retrace((rect, sample), moved, relit, trees, scratch);
+            self.retraced_pixels += retraced as u64;
+            if retraced > 0 {
+                pixels = Pixels::MayDiffer;
+            }
+        }
+        let deepens =
+            keep.may_deepen(trees, tracer.columns) && tracer.lacks_levels(trees, &mut self.trace);
+        if deepens || keep.revises() {
+            tracer.revise((rect, sample), trees, &keep.revision, &mut self.trace);
+            pixels = Pixels::MayDiffer;
+        }
+        pixels
+    }
+}
