@@ -4,6 +4,7 @@ use crate::frames::FrameRanges;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use reflet_accel::Isa;
+use reflet_film::Compression;
 use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::PathBuf;
 
@@ -128,9 +129,15 @@ pub struct RenderArgs {
     /// apng or y4m
     #[arg(long, value_name = "EXT")]
     pub format: Option<String>,
+    /// How much time a smaller PNG or EXR is worth: fast, balanced or small; all are lossless
+    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = compression)]
+    pub compression: Compression,
     /// Print one JSON event a line on stdout
     #[arg(long)]
     pub json: bool,
+    /// Say of every frame what changed, what was redone for it and why
+    #[arg(short, long)]
+    pub verbose: bool,
 }
 
 /// What `new` takes.
@@ -168,6 +175,15 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     match (edge(w), edge(h)) {
         (Some(w), Some(h)) => Ok((w, h)),
         _ => Err("width and height are whole numbers from 1 to 65535, as in 1280x720".into()),
+    }
+}
+
+fn compression(text: &str) -> Result<Compression, String> {
+    match text {
+        "fast" => Ok(Compression::Fast),
+        "balanced" => Ok(Compression::Balanced),
+        "small" => Ok(Compression::Small),
+        _ => Err("one of fast, balanced and small".into()),
     }
 }
 

@@ -13,6 +13,7 @@ mod params;
 mod progress;
 mod render;
 mod signals;
+mod told;
 mod watch;
 
 use clap::Parser;

@@ -7,7 +7,7 @@ use crate::exit::Failure;
 use crate::frames::FrameRanges;
 use clap_complete::Shell;
 use reflet_accel::Isa;
-use reflet_film::Target;
+use reflet_film::{Compression, Target};
 use reflet_frame::{Draft, Reuse};
 use reflet_script::{Options, Source, Stage};
 use std::ffi::OsString;
@@ -58,6 +58,15 @@ pub enum Tell {
     Programs,
 }
 
+/// How much people are told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// How far it is, and a summary.
+    Summary,
+    /// Every frame, too.
+    Frames,
+}
+
 /// How often a scene is rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Times {
@@ -89,8 +98,12 @@ pub struct Render {
     pub reuse: Reuse,
     /// Bytes that kept trees may take; a quarter of the free memory if `None`.
     pub cache_bytes: Option<u64>,
+    /// How much time a smaller file is worth.
+    pub compression: Compression,
     /// Whom events are told to.
     pub tell: Tell,
+    /// Whether people are told of every frame.
+    pub detail: Detail,
     /// Once or at each save.
     pub times: Times,
 }
@@ -159,7 +172,9 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
         isa: args.isa,
         reuse: if args.no_reuse { Reuse::Never } else { Reuse::Keep },
         cache_bytes: args.cache_mem,
+        compression: args.compression,
         tell: tell(args.json),
+        detail: if args.verbose { Detail::Frames } else { Detail::Summary },
         times: if args.watch { Times::AtEachSave } else { Times::Once },
     })
 }

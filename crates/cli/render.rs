@@ -3,10 +3,11 @@
 use crate::console::Console;
 use crate::exit::{Exit, Failure};
 use crate::json::Line;
-use crate::meant::{Render, Tell};
+use crate::meant::{Detail, Render, Tell};
 use crate::progress::{self, Progress};
 use crate::signals::Signals;
-use reflet_film::{Compression, Target};
+use crate::told;
+use reflet_film::Target;
 use reflet_frame::{Event, Job, RenderError};
 use std::io;
 use std::path::PathBuf;
@@ -60,7 +61,7 @@ fn job(
         isa: meant.isa,
         reuse: meant.reuse,
         cache_bytes: meant.cache_bytes,
-        compression: Compression::default(),
+        compression: meant.compression,
         target,
     };
 
@@ -142,7 +143,10 @@ impl Teller<'_> {
                 self.progress = Some(Progress::begin(self.console, *frames));
             }
             Event::Warning(text) => self.console.warn(text),
-            Event::Frame(_) => {
+            Event::Frame(report) => {
+                if self.meant.detail == Detail::Frames {
+                    self.console.say(&told::frame(report));
+                }
                 if let Some(progress) = &mut self.progress {
                     progress.frame(self.done);
                 }

@@ -68,6 +68,8 @@ pub struct Work {
     pub rays: RayTally,
     /// Rays as `accel` counted them.
     pub counts: RayCounts,
+    /// Why all trees were made from scratch, if they were.
+    pub fresh: Option<&'static str>,
     /// Pixels of which at least one tree was made from its root.
     pub retraced_pixels: u64,
     /// Nodes whose point was found again without a ray.
@@ -192,6 +194,7 @@ impl Engine {
         }
         let mut work = self.collect(pictures.len());
         work.tiles = grid.len() as u64;
+        work.fresh = if let Plan::Fresh(why) = plan { Some(why) } else { None };
         work.build_ns = build_ns;
         work.trace_ns = nanoseconds(start);
         Ok(work)
@@ -200,12 +203,12 @@ impl Engine {
     /// Compares with what the kept trees were made for, and makes room for new ones.
     fn plan(&mut self, columns: &Columns, changes: Option<&Changes>, grid: Grid) -> Plan {
         if self.options.reuse == Reuse::Never {
-            return Plan::Fresh;
+            return Plan::Fresh("no trees are kept");
         }
         let made_for = MadeFor::of(columns, grid);
         let plan = match (&self.store, changes) {
             (Some(store), Some(changes)) => Plan::of(changes, &store.made_for, &made_for),
-            _ => Plan::Fresh,
+            _ => Plan::Fresh("there is no frame before"),
         };
         match (&plan, &mut self.store) {
             (Plan::Keep(keep), Some(store)) => {

@@ -1,5 +1,6 @@
 //! The stages in order.
 
+use crate::changed::Changed;
 use crate::engine::{Batch, Engine, EngineOptions, Work, nanoseconds};
 use crate::event::{Event, FrameReport, RenderError, Summary};
 use crate::job::{Draft, Job, Reuse};
@@ -155,7 +156,13 @@ impl Run<'_, '_> {
             let changes = stage.with_scene(|scene| self.packer.update(scene));
             pending.colours.push(self.packer.columns(), &changes);
             let pack_ns = lap();
-            pending.frames.push(FrameReport { frame, script_ns, pack_ns, ..Default::default() });
+            let changed = if i > 0 {
+                Changed::of(&changes, self.packer.columns(), stage)
+            } else {
+                Changed::default()
+            };
+            let report = FrameReport { frame, changed, script_ns, pack_ns, ..Default::default() };
+            pending.frames.push(report);
             if pending.frames.len() == 1 {
                 pending.changes = (i > 0).then_some(changes);
             }
@@ -208,6 +215,7 @@ fn told(report: FrameReport, work: &Work, i: usize) -> FrameReport {
         return report;
     }
     FrameReport {
+        fresh: work.fresh,
         build_ns: work.build_ns,
         rays: work.rays,
         accel_rays: work.counts.closest + work.counts.any,

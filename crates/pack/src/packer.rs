@@ -78,10 +78,12 @@ impl std::error::Error for NoCamera {}
 impl Packer {
     /// Packs a scene as its script left it.
     pub fn new(scene: &Scene, overrides: Overrides) -> Result<Packer, NoCamera> {
+        let mut materials = Materials::default();
+        materials.push(None, Material::GREY_MATT);
         let columns = Columns {
             geometry: Geometry::default(),
             surfaces: Surfaces::default(),
-            materials: Materials { rows: vec![MaterialRow::from(Material::GREY_MATT)] },
+            materials,
             lights: Lights::default(),
             view: view(scene, &overrides).ok_or(NoCamera)?,
             model: model(scene, &overrides),
@@ -212,7 +214,7 @@ impl Packer {
             }
         }
         self.rows.truncate(base.keys);
-        c.materials.rows.truncate(base.materials);
+        c.materials.truncate(base.materials);
         c.lights.truncate(base.lights);
         c.surfaces.truncate(base.surfaces);
         c.geometry.truncate(base.prims, base.shapes);
@@ -243,7 +245,7 @@ impl Packer {
             self.append_surface(scene, key);
             Row::Surface(row)
         } else if let Some(material) = scene.get::<Material>(key) {
-            c.materials.rows.push(material.into());
+            c.materials.push(Some(key), material);
             Row::Material(c.materials.rows.len() as u32 - 1)
         } else if scene.has::<Checker>(key) {
             Row::Checker
