@@ -37,13 +37,13 @@ fn eight<S: Simd>(simd: S, g: &Geometry, ray: &RayLanes<S, PerLane<S>>, codes: &
     let (mut lo, mut hi): (Lane3, Lane3) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
     let mut code = [0; LANES];
     let mut present = [false; 4];
-    for lane in 0..LANES {
-        let Some(prim) = codes[lane].prim() else { continue };
+    for (lane, known) in codes.iter().enumerate() {
+        let Some(prim) = known.prim() else { continue };
         let (kind, row) = g.shape[prim.index()];
         kinds.of[kind as usize][lane] = 1;
         kinds.rows[lane] = row as usize;
         present[kind as usize] = true;
-        code[lane] = codes[lane].0 & !1;
+        code[lane] = known.0 & !1;
         let bounds = &g.bounds[prim.index()];
         for k in 0..3 {
             lo[k][lane] = bounds.lo[k];
@@ -94,16 +94,12 @@ fn eight<S: Simd>(simd: S, g: &Geometry, ray: &RayLanes<S, PerLane<S>>, codes: &
 fn lanes_of<S: Simd>(simd: S, kinds: &Kinds, kind: ShapeKind) -> (M<S>, [usize; LANES]) {
     let of = &kinds.of[kind as usize];
     let mut any = 0;
-    for lane in 0..LANES {
-        if of[lane] == 1 {
-            any = kinds.rows[lane];
-        }
+    for (is, row) in of.iter().zip(&kinds.rows) {
+        any = if *is == 1 { *row } else { any };
     }
     let mut rows = [any; LANES];
-    for lane in 0..LANES {
-        if of[lane] == 1 {
-            rows[lane] = kinds.rows[lane];
-        }
+    for (row, (is, own)) in rows.iter_mut().zip(of.iter().zip(&kinds.rows)) {
+        *row = if *is == 1 { *own } else { *row };
     }
     (U::from_slice(simd, of).simd_eq(1u32), rows)
 }
@@ -111,8 +107,8 @@ fn lanes_of<S: Simd>(simd: S, kinds: &Kinds, kind: ShapeKind) -> (M<S>, [usize; 
 #[inline(always)]
 fn gather<S: Simd>(simd: S, rows: &[usize; LANES], get: impl Fn(usize) -> [f32; 3]) -> V3<S> {
     let mut lanes: Lane3 = [[0.0; LANES]; 3];
-    for lane in 0..LANES {
-        let v = get(rows[lane]);
+    for (lane, row) in rows.iter().enumerate() {
+        let v = get(*row);
         lanes[0][lane] = v[0];
         lanes[1][lane] = v[1];
         lanes[2][lane] = v[2];

@@ -100,8 +100,15 @@ impl Level {
         }
     }
 
-    /// The bytes that its columns hold.
+    /// The bytes that it takes: its columns, and for each of them the allocator's own.
     pub fn bytes(&self) -> usize {
+        const ALLOCATION: usize = 16;
+        let columns = 4 + self.light.len() + self.at.iter().filter(|c| !c.is_empty()).count();
+        let own = size_of::<Level>() + self.light.len() * size_of::<Vec<f32>>();
+        own + columns * ALLOCATION + self.cells()
+    }
+
+    fn cells(&self) -> usize {
         let points = self.at.iter().map(Vec::len).sum::<usize>() * 4;
         self.len() * (4 + 2 + 4 + 2 + 4 * self.light.len()) + points
     }
@@ -144,7 +151,7 @@ impl Trees {
         self.levels.iter().map(Level::len).sum()
     }
 
-    /// The bytes that all columns hold.
+    /// The bytes that all levels take.
     pub fn bytes(&self) -> usize {
         self.levels.iter().map(Level::bytes).sum::<usize>() + self.palette.len() * size_of::<Slot>()
     }
