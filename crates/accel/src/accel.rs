@@ -109,6 +109,17 @@ impl Accel {
         }
     }
 
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        self.list.bytes() + self.leaves.bytes() + size_of_val(&self.tree.nodes[..])
+    }
+
+    /// What a random ray through the tree's bounds costs by the surface-area heuristic: node visits
+    /// plus block tests, each weighted with the chance that it is needed. 0 for a list.
+    pub fn sah_cost(&self) -> f32 {
+        self.tree.sah_cost()
+    }
+
     /// The instructions in use.
     pub fn level(&self) -> Level {
         self.level

@@ -303,6 +303,14 @@ pub struct Blocks {
 }
 
 impl Blocks {
+    /// Bytes that they hold.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.spheres[..])
+            + size_of_val(&self.planes[..])
+            + size_of_val(&self.quads[..])
+            + size_of_val(&self.triangles[..])
+    }
+
     /// Puts up to eight primitives of one kind into a new block and gives its index.
     pub fn push(&mut self, kind: ShapeKind, g: &Geometry, prims: &[PrimId]) -> usize {
         match kind {

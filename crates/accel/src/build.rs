@@ -60,6 +60,26 @@ pub struct Tree {
     pub depth: usize,
 }
 
+impl Node {
+    /// The box of a child.
+    pub fn bounds(&self, lane: usize) -> Aabb {
+        Aabb { lo: [0, 1, 2].map(|k| self.lo[k][lane]), hi: [0, 1, 2].map(|k| self.hi[k][lane]) }
+    }
+}
+
+impl Tree {
+    /// The chance that a ray which meets the root visits each child, summed over all children, and
+    /// 1 for the root itself (Goldsmith and Salmon, "Automatic Creation of Object Hierarchies for
+    /// Ray Tracing", 1987).
+    pub fn sah_cost(&self) -> f32 {
+        let Some(root) = self.nodes.first() else { return 0.0 };
+        let bounds = |n: &Node| (0..LANES).fold(Aabb::EMPTY, |all, i| all.union(&n.bounds(i)));
+        let whole = half_area(&bounds(root));
+        let area = |n: &Node| (0..LANES).map(|i| half_area(&n.bounds(i))).sum::<f32>();
+        1.0 + self.nodes.iter().map(|n| f64::from(area(n) / whole)).sum::<f64>() as f32
+    }
+}
+
 #[derive(Clone, Copy)]
 struct Item {
     bounds: Aabb,

@@ -48,8 +48,8 @@ pub fn sphere<S: Simd, P: Permute<S>>(
     let root = disc.sqrt();
     let (near, far) = (b - root, b + root);
     let other = !ray.last.simd_eq(s.code);
-    let near_counts = near.simd_gt(zero) & other;
-    let far_counts = far.simd_gt(zero) & (other | ray.last_inside);
+    let near_counts = near.simd_gt(ray.start) & other;
+    let far_counts = far.simd_gt(ray.start) & (other | ray.last_inside);
     Candidate {
         t: near_counts.select(near, far),
         hit: meets & (near_counts | far_counts),
@@ -71,12 +71,12 @@ pub struct PlaneLanes<S: Simd> {
 /// Plane: n.(point - o) / n.d.
 #[inline(always)]
 pub fn plane<S: Simd, P: Permute<S>>(
-    simd: S,
+    _simd: S,
     ray: &RayLanes<S, P>,
     p: &PlaneLanes<S>,
 ) -> Candidate<S> {
     let t = dot(p.normal, sub(p.point, ray.o)) / dot(p.normal, ray.d);
-    let hit = t.simd_gt(F::splat(simd, 0.0)) & !ray.last.simd_eq(p.code);
+    let hit = t.simd_gt(ray.start) & !ray.last.simd_eq(p.code);
     Candidate { t, hit, code: p.code }
 }
 
@@ -110,7 +110,7 @@ pub fn quad<S: Simd, P: Permute<S>>(
     }
     let t = dot(q.normal, sub(q.corners[0], ray.o)) / dot(q.normal, ray.d);
     let hit =
-        !(any_neg & any_pos) & (any_neg | any_pos) & t.simd_gt(zero) & !ray.last.simd_eq(q.code);
+        !(any_neg & any_pos) & (any_neg | any_pos) & t.simd_gt(ray.start) & !ray.last.simd_eq(q.code);
     Candidate { t, hit, code: q.code }
 }
 
@@ -141,7 +141,7 @@ pub fn triangle<S: Simd, P: Permute<S>>(
     let det = u + v + w;
     let t = (u * a[2] + v * b[2] + w * c[2]) / det;
     let hit =
-        !(any_neg & any_pos) & !det.simd_eq(zero) & t.simd_gt(zero) & !ray.last.simd_eq(tri.code);
+        !(any_neg & any_pos) & !det.simd_eq(zero) & t.simd_gt(ray.start) & !ray.last.simd_eq(tri.code);
     Candidate { t, hit, code: tri.code }
 }
 

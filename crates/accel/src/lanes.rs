@@ -93,6 +93,8 @@ pub struct RayLanes<S: Simd, P> {
     pub o: V3<S>,
     /// Unit directions.
     pub d: V3<S>,
+    /// Where the rays begin.
+    pub start: F<S>,
     /// 1 / direction by true division.
     pub inv: V3<S>,
     /// Whether the direction is negative, per axis: the far side of a box comes first.
@@ -109,7 +111,7 @@ pub struct RayLanes<S: Simd, P> {
 
 impl<S: Simd, P: Permute<S>> RayLanes<S, P> {
     #[inline(always)]
-    fn new(simd: S, o: V3<S>, d: V3<S>, code: U<S>, axis: P) -> Self {
+    fn new(simd: S, o: V3<S>, d: V3<S>, start: F<S>, code: U<S>, axis: P) -> Self {
         let zero = F::splat(simd, 0.0);
         let one = F::splat(simd, 1.0);
         let inv = [one / d[0], one / d[1], one / d[2]];
@@ -117,6 +119,7 @@ impl<S: Simd, P: Permute<S>> RayLanes<S, P> {
         RayLanes {
             o,
             d,
+            start,
             inv,
             neg: [inv[0].simd_lt(zero), inv[1].simd_lt(zero), inv[2].simd_lt(zero)],
             last: code & !1u32,
@@ -139,7 +142,8 @@ impl<S: Simd> RayLanes<S, PerLane<S>> {
         let size = [abs(d[0]), abs(d[1]), abs(d[2])];
         let is_x = size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]);
         let is_y = size[1].simd_ge(size[2]);
-        Self::new(simd, o, d, U::from_slice(simd, &codes), PerLane { is_x, is_y })
+        let start = F::from_slice(simd, &rays.t_min[first..first + LANES]);
+        Self::new(simd, o, d, start, U::from_slice(simd, &codes), PerLane { is_x, is_y })
     }
 
     /// The rays' ends; -1 for rays that can hit nothing.
@@ -168,7 +172,8 @@ impl<S: Simd> RayLanes<S, Uniform> {
         };
         let o = splat3(simd, [rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]]);
         let d = splat3(simd, d);
-        Self::new(simd, o, d, U::splat(simd, rays.last[i].0), Uniform { third })
+        let start = F::splat(simd, rays.t_min[i]);
+        Self::new(simd, o, d, start, U::splat(simd, rays.last[i].0), Uniform { third })
     }
 }
 

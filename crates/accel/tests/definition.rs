@@ -163,7 +163,7 @@ fn assert_equal(columns: &Columns, rays: &Rays) {
         .map(|i| {
             let o = [0, 1, 2].map(|k| rays.origin[k][i]);
             let d = [0, 1, 2].map(|k| rays.dir[k][i]);
-            brute::closest(g, o, d, rays.t_max[i], rays.last[i])
+            brute::closest(g, (o, d), (rays.t_min[i], rays.t_max[i]), rays.last[i])
         })
         .collect();
     for isa in Isa::available() {

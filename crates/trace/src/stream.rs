@@ -74,7 +74,8 @@ impl Stream {
             let o = [0, 1, 2].map(|k| self.rays.origin[k][row]);
             let d = [0, 1, 2].map(|k| self.rays.dir[k][row]);
             let last = self.rays.last[row];
-            let hit = code.prim().and_then(|prim| brute::hit(&columns.geometry, prim, o, d, last));
+            let ray = (o, d, 0.0);
+            let hit = code.prim().and_then(|prim| brute::hit(&columns.geometry, prim, ray, last));
             self.hits.t[row] = hit.map_or(f32::INFINITY, |h| h.0);
         }
     }
