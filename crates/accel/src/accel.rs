@@ -2,10 +2,9 @@
 
 use crate::blocks::Blocks;
 use crate::build::{self, Tree};
-use crate::bvh::{self, Stack};
 use crate::lanes::LANES;
-use crate::packet;
-use crate::rays::{HitCode, Hits, RayCounts, Rays};
+use crate::rays::{HitCode, Hits, Question, RayCounts, Rays};
+use crate::stream::{self, Memory, Structures};
 use fearless_simd::{Level, dispatch};
 use reflet_pack::{Geometry, PrimId, ShapeKind};
 
@@ -75,17 +74,7 @@ impl Accel {
         counts: &mut RayCounts,
     ) {
         counts.closest += rays.len() as u64;
-        let padded = rays.len().next_multiple_of(LANES);
-        hits.t.clear();
-        hits.t.extend_from_slice(&rays.t_max[..padded]);
-        hits.code.clear();
-        hits.code.resize(padded, HitCode::NONE);
-        let (t, code) = (&mut hits.t[..], &mut hits.code[..]);
-        dispatch!(self.level, simd => packet::closest(simd, &self.list, rays, t, code));
-        if !self.tree.nodes.is_empty() {
-            let (tree, stack) = ((&self.tree, &self.leaves), &mut scratch.stack);
-            dispatch!(self.level, simd => bvh::closest(simd, tree, rays, (t, code), stack));
-        }
+        self.cast(rays, Question::Closest, hits, scratch);
     }
 
     /// Finds which rays hit anything before their end; `occluded` gets as many rows as `rays` has.
@@ -100,13 +89,23 @@ impl Accel {
         counts: &mut RayCounts,
     ) {
         counts.any += rays.len() as u64;
+        let mut hits = std::mem::take(&mut scratch.hits);
+        self.cast(rays, Question::Any, &mut hits, scratch);
         occluded.clear();
-        occluded.resize(rays.len(), false);
-        dispatch!(self.level, simd => packet::any(simd, &self.list, rays, occluded));
-        if !self.tree.nodes.is_empty() {
-            let (tree, stack) = ((&self.tree, &self.leaves), &mut scratch.stack);
-            dispatch!(self.level, simd => bvh::any(simd, tree, rays, occluded, stack));
-        }
+        occluded.extend(hits.code[..rays.len()].iter().map(|code| !code.is_none()));
+        scratch.hits = hits;
+    }
+
+    fn cast(&self, rays: &Rays, question: Question, hits: &mut Hits, scratch: &mut Scratch) {
+        let padded = rays.len().next_multiple_of(LANES);
+        hits.t.clear();
+        hits.t.extend_from_slice(&rays.t_max[..padded]);
+        hits.code.clear();
+        hits.code.resize(padded, HitCode::NONE);
+        let (t, code) = (&mut hits.t[..], &mut hits.code[..]);
+        let what = Structures { list: &self.list, leaves: &self.leaves, tree: &self.tree };
+        let memory = &mut scratch.memory;
+        dispatch!(self.level, simd => stream::cast(simd, what, rays, question, (t, code), memory));
     }
 
     /// Bytes that it holds.
@@ -129,7 +128,8 @@ impl Accel {
 /// Memory of one thread for its traversals.
 #[derive(Default)]
 pub struct Scratch {
-    stack: Stack,
+    memory: Memory,
+    hits: Hits,
 }
 
 fn push(blocks: &mut Blocks, geometry: &Geometry, kind: ShapeKind, prims: &[PrimId]) {

@@ -4,22 +4,48 @@ use crate::blocks::Blocks;
 use crate::lanes::LANES;
 use reflet_pack::{Aabb, Geometry, PrimId, ShapeKind};
 
-/// An inner node: the boxes of eight children in lanes.
+/// An inner node: the boxes of eight children in lanes, four cache lines.
 #[derive(Clone, Debug)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub struct Node {
     /// The least x, y, z of each child.
     pub lo: [[f32; LANES]; 3],
-    /// The greatest x, y, z of each child.
-    pub hi: [[f32; LANES]; 3],
     /// What each child is.
     pub child: [Child; LANES],
+    /// The greatest x, y, z of each child.
+    pub hi: [[f32; LANES]; 3],
+}
+
+impl Node {
+    const EMPTY: Node = Node {
+        lo: [[f32::INFINITY; LANES]; 3],
+        child: [Child::NONE; LANES],
+        hi: [[f32::NEG_INFINITY; LANES]; 3],
+    };
+
+    /// The box of a child.
+    pub fn bounds(&self, lane: usize) -> Aabb {
+        Aabb { lo: [0, 1, 2].map(|k| self.lo[k][lane]), hi: [0, 1, 2].map(|k| self.hi[k][lane]) }
+    }
+
+    /// The box of all children.
+    pub fn union(&self) -> Aabb {
+        (0..LANES).fold(Aabb::EMPTY, |all, lane| all.union(&self.bounds(lane)))
+    }
+
+    /// Writes the box of a child.
+    pub fn set_bounds(&mut self, lane: usize, b: &Aabb) {
+        for k in 0..3 {
+            self.lo[k][lane] = b.lo[k];
+            self.hi[k][lane] = b.hi[k];
+        }
+    }
 }
 
 /// What a child of a node is: another node, or a block of primitives of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
-pub struct Child(u32);
+pub struct Child(pub(crate) u32);
 
 impl Child {
     /// No child; its box is empty.
@@ -58,23 +84,31 @@ pub struct Tree {
     pub nodes: Vec<Node>,
     /// The number of levels.
     pub depth: usize,
-}
-
-impl Node {
-    /// The box of a child.
-    pub fn bounds(&self, lane: usize) -> Aabb {
-        Aabb { lo: [0, 1, 2].map(|k| self.lo[k][lane]), hi: [0, 1, 2].map(|k| self.hi[k][lane]) }
-    }
+    /// The sum of the edges of the box of all.
+    pub extent: f32,
+    /// The least x, y, z of the box of all.
+    pub least: [f32; 3],
+    /// 1 over its edges.
+    pub per_extent: [f32; 3],
 }
 
 impl Tree {
+    /// Takes the measures of the box of all.
+    pub fn measure(&mut self) {
+        let Some(root) = self.nodes.first() else { return };
+        let b = root.union();
+        self.least = b.lo;
+        let edges = [0, 1, 2].map(|k| b.hi[k] - b.lo[k]);
+        self.extent = edges.iter().sum();
+        self.per_extent = edges.map(|e| 1.0 / e);
+    }
+
     /// The chance that a ray which meets the root visits each child, summed over all children, and
     /// 1 for the root itself (Goldsmith and Salmon, "Automatic Creation of Object Hierarchies for
     /// Ray Tracing", 1987).
     pub fn sah_cost(&self) -> f32 {
         let Some(root) = self.nodes.first() else { return 0.0 };
-        let bounds = |n: &Node| (0..LANES).fold(Aabb::EMPTY, |all, i| all.union(&n.bounds(i)));
-        let whole = half_area(&bounds(root));
+        let whole = half_area(&root.union());
         let area = |n: &Node| (0..LANES).map(|i| half_area(&n.bounds(i))).sum::<f32>();
         1.0 + self.nodes.iter().map(|n| f64::from(area(n) / whole)).sum::<f64>() as f32
     }
@@ -120,7 +154,9 @@ pub fn build(g: &Geometry, blocks: &mut Blocks) -> Tree {
     let root = split(&mut items, 0, 0);
     let mut gather = Gather { g, items: &items, blocks, tree: Tree::default() };
     gather.node(&root, 1);
-    gather.tree
+    let mut tree = gather.tree;
+    tree.measure();
+    tree
 }
 
 const BINS: usize = 16;
@@ -245,11 +281,7 @@ impl Gather<'_> {
             open.push(&children[1]);
         }
         let index = self.tree.nodes.len();
-        self.tree.nodes.push(Node {
-            lo: Aabb::EMPTY.lo.map(|x| [x; LANES]),
-            hi: Aabb::EMPTY.hi.map(|x| [x; LANES]),
-            child: [Child::NONE; LANES],
-        });
+        self.tree.nodes.push(Node::EMPTY);
         for (lane, binary) in open.into_iter().enumerate() {
             let child = match binary {
                 Binary::Leaf { first, len, .. } => {
@@ -260,10 +292,7 @@ impl Gather<'_> {
                 inner => Child::node(self.node(inner, level + 1)),
             };
             let node = &mut self.tree.nodes[index];
-            for k in 0..3 {
-                node.lo[k][lane] = binary.bounds().lo[k];
-                node.hi[k][lane] = binary.bounds().hi[k];
-            }
+            node.set_bounds(lane, binary.bounds());
             node.child[lane] = child;
         }
         index

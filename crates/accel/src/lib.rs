@@ -25,22 +25,28 @@
 //! | [`blocks`] | primitives in lanes |
 //! | [`build`] | the tree by binned surface area |
 //! | [`bvh`] | one ray through the tree |
-//! | [`packet`] | rays in lanes against few primitives |
+//! | [`bundle`] | rays that run together, and the frusta that hold them |
+//! | [`tile`] | a bundle through the list and the tree |
+//! | [`order`] | in which order scattered rays are cast |
+//! | [`stream`] | streams to bundles and single rays |
 //! | [`accel`] | all of it behind two calls |
 
 pub mod accel;
 pub mod blocks;
 pub mod brute;
 pub mod build;
+pub mod bundle;
 pub mod bvh;
 pub mod isa;
 pub mod kernels;
 pub mod lanes;
-pub mod packet;
+pub mod order;
 pub mod rays;
 pub mod slab;
+pub mod stream;
+pub mod tile;
 
 pub use accel::{Accel, Scratch, Structure};
 pub use isa::{Isa, IsaError};
-pub use rays::{HitCode, Hits, RayCounts, Rays};
+pub use rays::{HitCode, Hits, Question, RayCounts, Rays};
 pub use reflet_pack::PrimId;

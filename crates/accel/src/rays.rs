@@ -152,3 +152,12 @@ pub struct RayCounts {
     /// Rays of which it was asked whether they hit anything.
     pub any: u64,
 }
+
+/// What is asked of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Question {
+    /// Which hit is closest.
+    Closest,
+    /// Whether there is any.
+    Any,
+}
