@@ -4,6 +4,7 @@ use crate::blocks::Blocks;
 use crate::build::{self, Tree};
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Hits, Question, RayCounts, Rays};
+use crate::refit::{Places, Refit, WORN};
 use crate::stream::{self, Memory, Structures};
 use fearless_simd::{Level, dispatch};
 use reflet_pack::{Geometry, PrimId, ShapeKind};
@@ -28,6 +29,13 @@ pub struct Accel {
     /// What the tree's leaves hold.
     leaves: Blocks,
     tree: Tree,
+    structure: Structure,
+    /// How many primitives it was built from, visible or not.
+    prims: usize,
+    /// The area of the tree's boxes when it was built.
+    area: f32,
+    /// Found when something moves for the first time.
+    places: Option<Places>,
 }
 
 /// Up to this many bounded primitives a list is quicker than a tree.
@@ -58,7 +66,31 @@ impl Accel {
         } else {
             tree = build::build(geometry, &mut leaves);
         }
-        Accel { level, list, leaves, tree }
+        let area = tree.area();
+        Accel { level, list, leaves, tree, structure, prims: geometry.len(), area, places: None }
+    }
+
+    /// Takes over where primitives of `moved` are now in `geometry`: their shape, or whether they
+    /// are visible. All others must be as they were. Hits are then those of a structure that was
+    /// built from `geometry`.
+    ///
+    /// Boxes are refitted, about a microsecond a primitive; the whole is built again, on all
+    /// threads of the pool that this is called in, if primitives were added or removed, are of
+    /// another kind, or are visible for the first time since the structure was built, and when the
+    /// boxes have grown to [`WORN`] times their area.
+    pub fn refit(&mut self, geometry: &Geometry, moved: &[PrimId]) -> Refit {
+        if geometry.len() == self.prims {
+            let Accel { list, leaves, tree, places, .. } = self;
+            let places =
+                places.get_or_insert_with(|| Places::find(geometry.len(), list, leaves, tree));
+            let done = places.refit(geometry, moved, (list, leaves, tree));
+            // A NaN (of boxes that overflow) is no quality, either.
+            if done && tree.area() <= WORN * self.area {
+                return Refit::Refitted;
+            }
+        }
+        *self = Accel::build(geometry, self.level, self.structure);
+        Refit::Rebuilt
     }
 
     /// Finds the closest hit of each ray. `hits` gets as many rows as `rays` has, padded to whole

@@ -281,14 +281,18 @@ pub struct Shelf<B> {
 
 impl<B: Block> Shelf<B> {
     fn push(&mut self, g: &Geometry, prims: &[PrimId]) -> usize {
-        let (mut block, mut frame) = (B::default(), Frame::default());
+        let index = self.blocks.len();
+        self.blocks.push(B::default());
+        self.frames.push(Frame::default());
         for (lane, prim) in prims.iter().enumerate() {
-            block.set(lane, g, *prim);
-            frame.set(lane, &g.bounds[prim.index()]);
+            self.set(index, lane, g, *prim);
         }
-        self.blocks.push(block);
-        self.frames.push(frame);
-        self.blocks.len() - 1
+        index
+    }
+
+    fn set(&mut self, block: usize, lane: usize, g: &Geometry, prim: PrimId) {
+        self.blocks[block].set(lane, g, prim);
+        self.frames[block].set(lane, &g.bounds[prim.index()]);
     }
 
     fn bytes(&self) -> usize {
@@ -310,9 +314,58 @@ pub struct Blocks {
 }
 
 impl Blocks {
+    /// Whether they hold nothing.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.spheres.blocks.is_empty()
+            && self.planes.blocks.is_empty()
+            && self.quads.blocks.is_empty()
+            && self.triangles.blocks.is_empty()
+    }
+
     /// Bytes that they hold.
     pub fn bytes(&self) -> usize {
         self.spheres.bytes() + self.planes.bytes() + self.quads.bytes() + self.triangles.bytes()
+    }
+
+    /// How many blocks there are of a kind.
+    pub fn len(&self, kind: ShapeKind) -> usize {
+        match kind {
+            ShapeKind::Sphere => self.spheres.blocks.len(),
+            ShapeKind::Plane => self.planes.blocks.len(),
+            ShapeKind::Quad => self.quads.blocks.len(),
+            ShapeKind::Triangle => self.triangles.blocks.len(),
+        }
+    }
+
+    /// The code of each lane of a block; 0 where there is no primitive.
+    pub fn codes(&self, kind: ShapeKind, block: usize) -> &[u32; LANES] {
+        match kind {
+            ShapeKind::Sphere => self.spheres.blocks[block].codes(),
+            ShapeKind::Plane => self.planes.blocks[block].codes(),
+            ShapeKind::Quad => self.quads.blocks[block].codes(),
+            ShapeKind::Triangle => self.triangles.blocks[block].codes(),
+        }
+    }
+
+    /// The box of all of a block.
+    pub fn bounds(&self, kind: ShapeKind, block: usize) -> Aabb {
+        match kind {
+            ShapeKind::Sphere => self.spheres.frames[block].union(),
+            ShapeKind::Plane => self.planes.frames[block].union(),
+            ShapeKind::Quad => self.quads.frames[block].union(),
+            ShapeKind::Triangle => self.triangles.frames[block].union(),
+        }
+    }
+
+    /// Writes a primitive into a lane.
+    pub fn set(&mut self, kind: ShapeKind, block: usize, lane: usize, g: &Geometry, prim: PrimId) {
+        match kind {
+            ShapeKind::Sphere => self.spheres.set(block, lane, g, prim),
+            ShapeKind::Plane => self.planes.set(block, lane, g, prim),
+            ShapeKind::Quad => self.quads.set(block, lane, g, prim),
+            ShapeKind::Triangle => self.triangles.set(block, lane, g, prim),
+        }
     }
 
     /// Puts up to eight primitives of one kind into a new block and gives its index.

@@ -1,31 +1,50 @@
 //! The tree by binned surface area: two children at first, then gathered into eight.
 
 use crate::blocks::Blocks;
-use crate::lanes::LANES;
+use crate::lanes::{F, LANES, U};
+use fearless_simd::prelude::*;
 use reflet_pack::{Aabb, Geometry, PrimId, ShapeKind};
 
-/// An inner node: the boxes of eight children in lanes, four cache lines.
+/// An inner node: the boxes of eight children in lanes, four cache lines. Its rows are the least x,
+/// y, z of each child, what each child is, and the greatest x, y, z, so that a bit of a row's number
+/// tells the near face from the far one; floats are kept by their bits.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct Node {
-    /// The least x, y, z of each child.
-    pub lo: [[f32; LANES]; 3],
-    /// What each child is.
-    pub child: [Child; LANES],
-    /// The greatest x, y, z of each child.
-    pub hi: [[f32; LANES]; 3],
+    rows: [[u32; LANES]; 8],
 }
 
 impl Node {
-    const EMPTY: Node = Node {
-        lo: [[f32::INFINITY; LANES]; 3],
-        child: [Child::NONE; LANES],
-        hi: [[f32::NEG_INFINITY; LANES]; 3],
-    };
+    /// The row of the greatest x; that of the least is 0.
+    pub const HI: usize = 4;
+    const CHILD: usize = 3;
+
+    fn empty() -> Node {
+        let mut node = Node { rows: [[Child::NONE.0; LANES]; 8] };
+        (0..LANES).for_each(|lane| node.set_bounds(lane, &Aabb::EMPTY));
+        node
+    }
+
+    /// A row of faces in lanes.
+    #[inline(always)]
+    pub fn faces<S: Simd>(&self, simd: S, row: usize) -> F<S> {
+        F::from_bits(U::from_slice(simd, &self.rows[row % 8]))
+    }
+
+    /// A child.
+    #[inline(always)]
+    pub fn child(&self, lane: usize) -> Child {
+        Child(self.rows[Self::CHILD][lane % LANES])
+    }
+
+    fn set_child(&mut self, lane: usize, child: Child) {
+        self.rows[Self::CHILD][lane] = child.0;
+    }
 
     /// The box of a child.
     pub fn bounds(&self, lane: usize) -> Aabb {
-        Aabb { lo: [0, 1, 2].map(|k| self.lo[k][lane]), hi: [0, 1, 2].map(|k| self.hi[k][lane]) }
+        let at = |row: usize| f32::from_bits(self.rows[row][lane]);
+        Aabb { lo: [at(0), at(1), at(2)], hi: [at(4), at(5), at(6)] }
     }
 
     /// The box of all children.
@@ -36,8 +55,8 @@ impl Node {
     /// Writes the box of a child.
     pub fn set_bounds(&mut self, lane: usize, b: &Aabb) {
         for k in 0..3 {
-            self.lo[k][lane] = b.lo[k];
-            self.hi[k][lane] = b.hi[k];
+            self.rows[k][lane] = b.lo[k].to_bits();
+            self.rows[Self::HI + k][lane] = b.hi[k].to_bits();
         }
     }
 }
@@ -59,6 +78,11 @@ impl Child {
 
     fn block(kind: ShapeKind, index: usize) -> Child {
         Child(Self::LEAF | (kind as u32) << Self::KIND | index as u32)
+    }
+
+    /// Whether there is no child.
+    pub fn is_none(self) -> bool {
+        self == Self::NONE
     }
 
     /// The node's index, or the kind and index of the block.
@@ -108,9 +132,13 @@ impl Tree {
     /// Ray Tracing", 1987).
     pub fn sah_cost(&self) -> f32 {
         let Some(root) = self.nodes.first() else { return 0.0 };
-        let whole = half_area(&root.union());
+        1.0 + self.area() / half_area(&root.union())
+    }
+
+    /// Half the area of the boxes of all children.
+    pub fn area(&self) -> f32 {
         let area = |n: &Node| (0..LANES).map(|i| half_area(&n.bounds(i))).sum::<f32>();
-        1.0 + self.nodes.iter().map(|n| f64::from(area(n) / whole)).sum::<f64>() as f32
+        self.nodes.iter().map(|n| f64::from(area(n))).sum::<f64>() as f32
     }
 }
 
@@ -281,7 +309,7 @@ impl Gather<'_> {
             open.push(&children[1]);
         }
         let index = self.tree.nodes.len();
-        self.tree.nodes.push(Node::EMPTY);
+        self.tree.nodes.push(Node::empty());
         for (lane, binary) in open.into_iter().enumerate() {
             let child = match binary {
                 Binary::Leaf { first, len, .. } => {
@@ -293,7 +321,7 @@ impl Gather<'_> {
             };
             let node = &mut self.tree.nodes[index];
             node.set_bounds(lane, binary.bounds());
-            node.child[lane] = child;
+            node.set_child(lane, child);
         }
         index
     }

@@ -11,9 +11,8 @@
 //! the slab test comes as near to it, in exact arithmetic, as 2^-19 of the way to it: that, and the
 //! rounding here, is what [`SLACK`] and the margin cover.
 
-use crate::lanes::{
-    F, LANES, M, RayLanes, TURN, U, abs, dot, greater, is_castable, lesser, longest, rows3,
-};
+use crate::build::Node;
+use crate::lanes::{F, LANES, M, RayLanes, TURN, U, abs, dot, greater, lesser, rows3};
 use crate::rays::{HitCode, Question, Rays};
 use crate::slab::BoxLanes;
 use fearless_simd::prelude::*;
@@ -41,8 +40,8 @@ pub struct Bundle {
     pub t: [f32; RAYS],
     /// What was hit there.
     pub code: [u32; RAYS],
-    /// Which row of the stream each is.
-    pub row: [u32; RAYS],
+    /// Of which class each is.
+    class: [u32; RAYS],
     /// How many rays.
     pub len: usize,
     turn: [usize; 3],
@@ -54,15 +53,6 @@ pub struct Bundle {
     whole: Columns,
     /// Whether the frustum's apex is where rays end.
     apex: Apex,
-}
-
-/// Rows of a stream.
-#[derive(Clone, Copy)]
-pub enum Rows<'a> {
-    /// As many as a bundle holds, from this one on.
-    All(usize),
-    /// These.
-    Some(&'a [u32]),
 }
 
 /// Where a frustum narrows.
@@ -123,13 +113,7 @@ impl Columns {
 /// Where the frusta enter boxes at the earliest (at least 0), and whether rays in them may hit what
 /// is inside. `lo` and `hi` have the longest axis third.
 #[inline(always)]
-fn meet<S: Simd>(
-    simd: S,
-    f: &Frusta<S>,
-    sign: f32,
-    lo: [F<S>; 3],
-    hi: [F<S>; 3],
-) -> (F<S>, M<S>) {
+fn meet<S: Simd>(simd: S, f: &Frusta<S>, sign: f32, lo: [F<S>; 3], hi: [F<S>; 3]) -> (F<S>, M<S>) {
     let zero = F::splat(simd, 0.0);
     // Along the longest axis: the least and greatest way from the apices.
     let (first, last) = if sign > 0.0 {
@@ -163,7 +147,7 @@ impl Bundle {
             last: [0; RAYS],
             t: [0.0; RAYS],
             code: [0; RAYS],
-            row: [0; RAYS],
+            class: [NO_CLASS; RAYS],
             len: 0,
             turn: TURN[2],
             sign: 1.0,
@@ -173,93 +157,126 @@ impl Bundle {
         }
     }
 
-    /// Takes rows of `rays` that are of one class; there is one at least, and at most [`RAYS`].
-    #[inline(never)]
-    pub fn load<S: Simd>(
-        &mut self,
-        simd: S,
-        rays: &Rays,
-        rows: Rows<'_>,
-        class: u8,
-        question: Question,
-    ) {
-        simd.vectorize(
-            #[inline(always)]
-            || self.take(simd, rays, rows, class, question),
-        );
-    }
-
+    /// Takes the rows of `rays` from `first` on, as many as there are and have room. Gives the class
+    /// of all, if they fill the bundle and have one in common.
     #[inline(always)]
-    fn take<S: Simd>(
-        &mut self,
-        simd: S,
-        rays: &Rays,
-        rows: Rows<'_>,
-        class: u8,
-        question: Question,
-    ) {
-        self.turn = TURN[usize::from(class >> 1)];
-        self.sign = if class & 1 == 0 { 1.0 } else { -1.0 };
-        match rows {
-            Rows::All(first) => self.copy(rays, first),
-            Rows::Some(rows) => self.gather(rays, rows),
-        }
-        let (one, padded) = (F::splat(simd, 1.0), self.len.next_multiple_of(LANES));
-        let turn = self.turn;
-        for g in (0..padded).step_by(LANES) {
-            let d = [
-                F::from_slice(simd, &self.d[0][g..g + LANES]),
-                F::from_slice(simd, &self.d[1][g..g + LANES]),
-                F::from_slice(simd, &self.d[2][g..g + LANES]),
-            ];
+    pub fn take<S: Simd>(&mut self, simd: S, rays: &Rays, first: usize) -> Option<u32> {
+        self.len = RAYS.min(rays.len() - first);
+        let (zero, one) = (F::splat(simd, 0.0), F::splat(simd, 1.0));
+        let inf = F::splat(simd, f32::INFINITY);
+        let none = U::splat(simd, NO_CLASS);
+        let mut common = self.len == RAYS;
+        for at in (0..self.len).step_by(LANES) {
+            let row = first + at;
+            let (o, d) = (rows3(simd, &rays.origin, row), rows3(simd, &rays.dir, row));
+            let end = F::from_slice(simd, &rays.t_max[row..row + LANES]);
             let inv = [one / d[0], one / d[1], one / d[2]];
+            let size = [abs(d[0]), abs(d[1]), abs(d[2])];
+            // The longest axis; of equal ones the first.
+            let is_x = size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]);
+            let is_y = size[1].simd_ge(size[2]);
+            let third = is_x.select(d[0], is_y.select(d[1], d[2]));
+            let second = is_x.select(d[2], is_y.select(d[0], d[1]));
+            let first = is_x.select(d[1], is_y.select(d[2], d[0]));
+            let castable = dot(d, d).simd_gt(zero)
+                & dot(d, d).simd_lt(inf)
+                & (abs(o[0]) + abs(o[1]) + abs(o[2])).simd_lt(inf)
+                & end.simd_gt(zero);
+            let axis =
+                is_x.select(U::splat(simd, 0), is_y.select(U::splat(simd, 2), U::splat(simd, 4)));
+            let sign = third.simd_lt(zero).select(U::splat(simd, 1), U::splat(simd, 0));
+            let class = castable.select(axis | sign, none);
+            let lanes = at..at + LANES;
+            class.store_slice(&mut self.class[lanes.clone()]);
+            common &= class.simd_eq(U::splat(simd, self.class[0])).all_true();
             for k in 0..3 {
-                inv[k].store_slice(&mut self.inv[k][g..g + LANES]);
+                o[k].store_slice(&mut self.o[k][lanes.clone()]);
+                d[k].store_slice(&mut self.d[k][lanes.clone()]);
+                inv[k].store_slice(&mut self.inv[k][lanes.clone()]);
             }
-            let third = d[turn[2]];
-            (d[turn[0]] / third).store_slice(&mut self.shear[0][g..g + LANES]);
-            (d[turn[1]] / third).store_slice(&mut self.shear[1][g..g + LANES]);
-            inv[turn[2]].store_slice(&mut self.shear[2][g..g + LANES]);
+            (first / third).store_slice(&mut self.shear[0][lanes.clone()]);
+            (second / third).store_slice(&mut self.shear[1][lanes.clone()]);
+            (one / third).store_slice(&mut self.shear[2][lanes.clone()]);
+            F::from_slice(simd, &rays.t_min[row..row + LANES])
+                .store_slice(&mut self.start[lanes.clone()]);
+            end.store_slice(&mut self.t[lanes.clone()]);
+            U::splat(simd, HitCode::NONE.0).store_slice(&mut self.code[lanes.clone()]);
+            for (last, code) in self.last[lanes].iter_mut().zip(&rays.last[row..row + LANES]) {
+                *last = code.0;
+            }
         }
-        self.bound(simd, question);
+        (common && self.class[0] != NO_CLASS).then_some(self.class[0])
     }
 
-    #[inline(never)]
-    fn copy(&mut self, rays: &Rays, first: usize) {
-        self.len = RAYS;
-        let rows = first..first + RAYS;
-        for k in 0..3 {
-            self.o[k].copy_from_slice(&rays.origin[k][rows.clone()]);
-            self.d[k].copy_from_slice(&rays.dir[k][rows.clone()]);
-        }
-        self.start.copy_from_slice(&rays.t_min[rows.clone()]);
-        self.t.copy_from_slice(&rays.t_max[rows.clone()]);
-        for (last, code) in self.last.iter_mut().zip(&rays.last[rows.clone()]) {
-            *last = code.0;
-        }
-        self.code.fill(HitCode::NONE.0);
-        for (row, i) in self.row.iter_mut().zip(rows) {
-            *row = i as u32;
-        }
-    }
-
-    #[inline(never)]
-    fn gather(&mut self, rays: &Rays, rows: &[u32]) {
-        self.len = rows.len();
+    /// Takes some of another bundle's rays.
+    pub fn select(&mut self, from: &Bundle, slots: &[u8]) {
+        self.len = slots.len();
         let padded = self.len.next_multiple_of(LANES);
         // The last ray once more in lanes that are left over: no frustum grows by it.
         for i in 0..padded {
-            let row = rows[i.min(rows.len() - 1)] as usize;
+            let slot = usize::from(slots[i.min(slots.len() - 1)]) % RAYS;
             for k in 0..3 {
-                self.o[k][i] = rays.origin[k][row];
-                self.d[k][i] = rays.dir[k][row];
+                self.o[k][i] = from.o[k][slot];
+                self.d[k][i] = from.d[k][slot];
+                self.inv[k][i] = from.inv[k][slot];
+                self.shear[k][i] = from.shear[k][slot];
             }
-            self.start[i] = rays.t_min[row];
-            self.t[i] = rays.t_max[row];
-            self.last[i] = rays.last[row].0;
-            self.row[i] = row as u32;
+            self.start[i] = from.start[slot];
+            self.t[i] = from.t[slot];
+            self.code[i] = from.code[slot];
+            self.last[i] = from.last[slot];
+            self.class[i] = from.class[slot];
         }
-        self.code[..padded].fill(HitCode::NONE.0);
+    }
+
+    /// The classes of all rays.
+    #[inline(always)]
+    pub fn classes(&self) -> &[u32] {
+        &self.class[..self.len]
+    }
+
+    /// Whether a ray can hit anything, or anything more.
+    #[inline(always)]
+    pub fn is_castable(&self, slot: usize) -> bool {
+        self.class[slot] != NO_CLASS && self.t[slot] > 0.0
+    }
+
+    /// One ray in all lanes.
+    #[inline(always)]
+    pub fn splat<S: Simd>(&self, simd: S, slot: usize) -> RayLanes<S> {
+        let at = |c: &[f32; RAYS]| F::splat(simd, c[slot]);
+        RayLanes {
+            o: [at(&self.o[0]), at(&self.o[1]), at(&self.o[2])],
+            d: [at(&self.d[0]), at(&self.d[1]), at(&self.d[2])],
+            start: at(&self.start),
+            inv: [at(&self.inv[0]), at(&self.inv[1]), at(&self.inv[2])],
+            last: U::splat(simd, self.last[slot]),
+            turn: TURN[(self.class[slot] >> 1) as usize % 3],
+            shear: [at(&self.shear[0]), at(&self.shear[1]), at(&self.shear[2])],
+        }
+    }
+
+    /// The rows of a node that hold the faces which a ray meets first.
+    #[inline(always)]
+    pub fn near(&self, slot: usize) -> [usize; 3] {
+        let row = |k: usize| k + Node::HI * usize::from(self.inv[k][slot] < 0.0);
+        [row(0), row(1), row(2)]
+    }
+
+    /// Whether rays that are looked at as a sample start far from each other or run apart.
+    #[inline(always)]
+    pub fn is_scattered(&self, apart: f32, spread: f32) -> bool {
+        let mut scattered = false;
+        for j in [self.len / 3, self.len / 2 + self.len / 6, self.len - 1] {
+            let mut way = 0.0;
+            let mut turn = 0.0;
+            for k in 0..3 {
+                way += (self.o[k][0] - self.o[k][j]).abs();
+                turn += (self.d[k][0] - self.d[k][j]).abs();
+            }
+            scattered |= turn > spread || way > apart;
+        }
+        scattered
     }
 
     /// The number of groups.
@@ -268,9 +285,20 @@ impl Bundle {
         self.len.div_ceil(LANES)
     }
 
-    /// Finds the frusta.
+    /// Finds the frusta; all rays are of one class.
+    #[inline(never)]
+    pub fn bound<S: Simd>(&mut self, simd: S, question: Question) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.find_frusta(simd, question),
+        );
+    }
+
     #[inline(always)]
-    fn bound<S: Simd>(&mut self, simd: S, question: Question) {
+    fn find_frusta<S: Simd>(&mut self, simd: S, question: Question) {
+        let class = self.class[0];
+        self.turn = TURN[(class >> 1) as usize % 3];
+        self.sign = if class & 1 == 0 { 1.0 } else { -1.0 };
         self.apex = Apex::Origins;
         let turn = self.turn;
         let inf = F::splat(simd, f32::INFINITY);
@@ -468,42 +496,6 @@ fn most<S: Simd>(_simd: S, x: F<S>) -> f32 {
     x.reduce_max()
 }
 
-/// Rows of no class hit nothing.
-pub const NO_CLASS: u8 = 6;
-
-/// The longest axis of a row's direction and its sign, as a number below 6; [`NO_CLASS`] if the ray
+/// The class of a ray is twice its longest axis, plus 1 if it runs backward along that; this one
 /// can hit nothing.
-#[inline(always)]
-pub fn class(rays: &Rays, i: usize) -> u8 {
-    let d = [rays.dir[0][i], rays.dir[1][i], rays.dir[2][i]];
-    let o = [rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]];
-    if !(is_castable(o, d) && rays.t_max[i] > 0.0) {
-        return NO_CLASS;
-    }
-    let axis = longest(d);
-    (axis as u8) << 1 | u8::from(d[axis] < 0.0)
-}
-
-/// The class of the eight rows from `first` on, if they have one in common.
-#[inline(always)]
-pub fn common_class<S: Simd>(simd: S, rays: &Rays, first: usize) -> Option<u8> {
-    let (o, d) = (rows3(simd, &rays.origin, first), rows3(simd, &rays.dir, first));
-    let of = class(rays, first);
-    if of == NO_CLASS {
-        return None;
-    }
-    let (zero, inf) = (F::splat(simd, 0.0), F::splat(simd, f32::INFINITY));
-    let size = [abs(d[0]), abs(d[1]), abs(d[2])];
-    let oo = abs(o[0]) + abs(o[1]) + abs(o[2]);
-    let dd = dot(d, d);
-    let end = F::from_slice(simd, &rays.t_max[first..first + LANES]);
-    let castable = dd.simd_gt(zero) & dd.simd_lt(inf) & oo.simd_lt(inf) & end.simd_gt(zero);
-    let is_longest = match of >> 1 {
-        0 => size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]),
-        1 => !(size[0].simd_ge(size[1]) & size[0].simd_ge(size[2])) & size[1].simd_ge(size[2]),
-        _ => !(size[0].simd_ge(size[1]) & size[0].simd_ge(size[2])) & !size[1].simd_ge(size[2]),
-    };
-    let along = d[usize::from(of >> 1)];
-    let signed = if of & 1 == 0 { along.simd_ge(zero) } else { along.simd_lt(zero) };
-    (castable & is_longest & signed).all_true().then_some(of)
-}
+pub const NO_CLASS: u32 = 6;

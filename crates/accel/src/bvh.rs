@@ -1,10 +1,11 @@
 //! One ray through the tree: eight boxes, then eight primitives at a time.
 
 use crate::blocks::{Block, Blocks, Shelf};
-use crate::build::{Child, Tree};
-use crate::lanes::{F, LANES, RayLanes, load3};
-use crate::rays::{HitCode, Question, Rays};
-use crate::slab::{enter, enter_sorted};
+use crate::build::{Child, Node, Tree};
+use crate::bundle::Bundle;
+use crate::lanes::{F, LANES, RayLanes, greater, lesser};
+use crate::rays::Question;
+use crate::slab::{LEAVE, enter};
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
 
@@ -24,87 +25,94 @@ pub fn entry_of(key: Key) -> f32 {
     f32::from_bits((key >> 32) as u32)
 }
 
-/// Follows row `i` of `rays` to its closest hit, or to any; `best` holds t and code of the best so
-/// far, and is updated.
+/// Follows each ray of the bundle to its closest hit, or to any, one after the other.
 #[inline(never)]
 pub fn cast<S: Simd>(
     simd: S,
     tree: (&Tree, &Blocks),
-    ray: (&Rays, usize),
+    bundle: &mut Bundle,
     question: Question,
-    best: &mut (f32, HitCode),
     stack: &mut [Key],
 ) {
     simd.vectorize(
         #[inline(always)]
-        || walk(simd, tree, ray, question, best, stack),
+        || {
+            for slot in 0..bundle.len {
+                let best = (bundle.t[slot], bundle.code[slot]);
+                if bundle.is_castable(slot) {
+                    let ray = bundle.splat(simd, slot);
+                    let near = bundle.near(slot);
+                    let best = walk(simd, tree, (&ray, near), question, best, stack);
+                    (bundle.t[slot], bundle.code[slot]) = best;
+                }
+            }
+        },
     );
 }
 
+/// The better of `found` and the closest hit in the tree, or any. `near` says for each axis which
+/// row of a node holds the faces that the ray meets first.
 #[inline(always)]
 fn walk<S: Simd>(
     simd: S,
     (tree, blocks): (&Tree, &Blocks),
-    (rays, i): (&Rays, usize),
+    (ray, near): (&RayLanes<S>, [usize; 3]),
     question: Question,
-    best: &mut (f32, HitCode),
+    mut found: (f32, u32),
     stack: &mut [Key],
-) {
-    let ray = RayLanes::splat(simd, rays, i);
-    let [nx, ny, nz] = [0, 1, 2].map(|k| usize::from(1.0 / rays.dir[k][i] < 0.0));
-    let mut found = (best.0, best.1.0);
+) -> (f32, u32) {
     let mut end = F::splat(simd, found.0);
-    let mut top = 0;
-    let mut index = 0;
+    let zero = F::splat(simd, 0.0);
+    let (mut top, mut index) = (0, 0);
     'node: loop {
         let node = &tree.nodes[index];
-        let sides = [&node.lo, &node.hi];
-        let near = load3(simd, [&sides[nx][0], &sides[ny][1], &sides[nz][2]]);
-        let far = load3(simd, [&sides[1 - nx][0], &sides[1 - ny][1], &sides[1 - nz][2]]);
-        let (entry, passes) = enter_sorted(simd, (&ray.o, &ray.inv), &near, &far);
+        let mut entry = zero;
+        let mut exit = F::splat(simd, f32::INFINITY);
+        for k in 0..3 {
+            let first = (node.faces(simd, near[k]) - ray.o[k]) * ray.inv[k];
+            let last = (node.faces(simd, near[k] ^ Node::HI) - ray.o[k]) * ray.inv[k];
+            entry = greater(simd, first, entry);
+            exit = lesser(simd, last, exit);
+        }
         // An equal entry may still hold a tie with a lower id.
-        let mut bits = (passes & entry.simd_le(end)).to_bitmask() as u32;
+        let exit = lesser(simd, exit * LEAVE, end);
+        let mut bits = entry.simd_le(exit).to_bitmask() as u32;
         let entries = entry.as_slice();
-        let mut next = None;
+        let mut next;
         if bits != 0 {
             let lane = bits.trailing_zeros() as usize % LANES;
             bits &= bits - 1;
-            let mut first = key(entries[lane], node.child[lane]);
-            if bits != 0 {
-                // The nearest goes on at once, the others onto the stack, the farthest lowest.
-                let bottom = top;
-                while bits != 0 {
-                    let lane = bits.trailing_zeros() as usize % LANES;
-                    bits &= bits - 1;
-                    let other = key(entries[lane], node.child[lane]);
-                    let (less, more) = if other < first { (other, first) } else { (first, other) };
-                    first = less;
-                    let mut at = top;
-                    while at > bottom && stack[at - 1] < more {
-                        stack[at] = stack[at - 1];
-                        at -= 1;
-                    }
-                    stack[at] = more;
-                    top += 1;
+            next = key(entries[lane], node.child(lane));
+            // The nearest goes on at once, the others onto the stack, the farthest lowest.
+            let bottom = top;
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize % LANES;
+                bits &= bits - 1;
+                let other = key(entries[lane], node.child(lane));
+                let more = next.max(other);
+                next = next.min(other);
+                let mut at = top;
+                while at > bottom && stack[at - 1] < more {
+                    stack[at] = stack[at - 1];
+                    at -= 1;
+                }
+                stack[at] = more;
+                top += 1;
+            }
+        } else {
+            loop {
+                if top == 0 {
+                    return found;
+                }
+                top -= 1;
+                if entry_of(stack[top]) <= found.0 {
+                    next = stack[top];
+                    break;
                 }
             }
-            next = Some(first);
         }
         loop {
-            let key = match next.take() {
-                Some(key) => key,
-                None => loop {
-                    if top == 0 {
-                        *best = (found.0, HitCode(found.1));
-                        return;
-                    }
-                    top -= 1;
-                    if entry_of(stack[top]) <= found.0 {
-                        break stack[top];
-                    }
-                },
-            };
-            match Child(key as u32).target() {
+            match Child(next as u32).target() {
                 Ok(node) => {
                     index = node;
                     continue 'node;
@@ -112,21 +120,30 @@ fn walk<S: Simd>(
                 Err((kind, block)) => {
                     let before = found;
                     found = match kind {
-                        ShapeKind::Sphere => test(simd, &blocks.spheres, block, &ray, found, end),
+                        ShapeKind::Sphere => test(simd, &blocks.spheres, block, ray, found, end),
                         // Planes are never in a tree.
                         ShapeKind::Plane => found,
-                        ShapeKind::Quad => test(simd, &blocks.quads, block, &ray, found, end),
+                        ShapeKind::Quad => test(simd, &blocks.quads, block, ray, found, end),
                         ShapeKind::Triangle => {
-                            test(simd, &blocks.triangles, block, &ray, found, end)
+                            test(simd, &blocks.triangles, block, ray, found, end)
                         }
                     };
                     if found != before {
                         if question == Question::Any {
-                            *best = (found.0, HitCode(found.1));
-                            return;
+                            return found;
                         }
                         end = F::splat(simd, found.0);
                     }
+                }
+            }
+            loop {
+                if top == 0 {
+                    return found;
+                }
+                top -= 1;
+                if entry_of(stack[top]) <= found.0 {
+                    next = stack[top];
+                    break;
                 }
             }
         }

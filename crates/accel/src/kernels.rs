@@ -31,11 +31,7 @@ pub struct SphereLanes<S: Simd> {
 /// The near root counts if it is in front and the ray does not leave this sphere; else the far root,
 /// if the ray does not leave it on its outside.
 #[inline(always)]
-pub fn sphere<S: Simd>(
-    simd: S,
-    ray: &RayLanes<S>,
-    s: &SphereLanes<S>,
-) -> Candidate<S> {
+pub fn sphere<S: Simd>(simd: S, ray: &RayLanes<S>, s: &SphereLanes<S>) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
     let l = sub(s.center, ray.o);
     let b = dot(l, ray.d);
@@ -72,11 +68,7 @@ pub struct PlaneLanes<S: Simd> {
 
 /// Plane: n.(point - o) / n.d.
 #[inline(always)]
-pub fn plane<S: Simd>(
-    _simd: S,
-    ray: &RayLanes<S>,
-    p: &PlaneLanes<S>,
-) -> Candidate<S> {
+pub fn plane<S: Simd>(_simd: S, ray: &RayLanes<S>, p: &PlaneLanes<S>) -> Candidate<S> {
     let t = dot(p.normal, sub(p.point, ray.o)) / dot(p.normal, ray.d);
     let hit = t.simd_gt(ray.start) & !(ray.last & !1u32).simd_eq(p.code);
     Candidate { t, hit, code: p.code }

@@ -1,6 +1,6 @@
 //! Rays as every kernel sees them: eight in lanes, or one in all lanes.
 
-use crate::rays::{HitCode, Rays};
+use crate::rays::HitCode;
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, mask32x8, u32x8};
 
@@ -72,53 +72,11 @@ pub struct RayLanes<S: Simd> {
 }
 
 impl<S: Simd> RayLanes<S> {
-    /// Ray `i` in all lanes.
-    #[inline(always)]
-    pub fn splat(simd: S, rays: &Rays, i: usize) -> Self {
-        let d = [rays.dir[0][i], rays.dir[1][i], rays.dir[2][i]];
-        let turn = TURN[longest(d)];
-        let o = splat3(simd, [rays.origin[0][i], rays.origin[1][i], rays.origin[2][i]]);
-        // The same quotients as in lanes: one division has one result.
-        let inv = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
-        let third = d[turn[2]];
-        let shear = [d[turn[0]] / third, d[turn[1]] / third, inv[turn[2]]];
-        RayLanes {
-            o,
-            d: splat3(simd, d),
-            start: F::splat(simd, rays.t_min[i]),
-            inv: splat3(simd, inv),
-            last: U::splat(simd, rays.last[i].0),
-            turn,
-            shear: splat3(simd, shear),
-        }
-    }
-
     /// The origins with the longest axis third.
     #[inline(always)]
     pub fn turned_origin(&self) -> V3<S> {
         [self.o[self.turn[0]], self.o[self.turn[1]], self.o[self.turn[2]]]
     }
-}
-
-/// A direction's longest axis; of equal ones the first.
-#[inline(always)]
-pub fn longest(d: [f32; 3]) -> usize {
-    let size = [d[0].abs(), d[1].abs(), d[2].abs()];
-    if size[0] >= size[1] && size[0] >= size[2] {
-        0
-    } else if size[1] >= size[2] {
-        1
-    } else {
-        2
-    }
-}
-
-/// Whether a ray with these columns can hit anything at all.
-#[inline(always)]
-pub fn is_castable(o: [f32; 3], d: [f32; 3]) -> bool {
-    let dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    let oo = o[0].abs() + o[1].abs() + o[2].abs();
-    dd > 0.0 && dd < f32::INFINITY && oo < f32::INFINITY
 }
 
 /// `a` where it is greater, else `b`: also where either is a NaN, and where both are zeros. Where

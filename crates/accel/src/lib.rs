@@ -27,7 +27,7 @@
 //! | [`bvh`] | one ray through the tree |
 //! | [`bundle`] | rays that run together, and the frusta that hold them |
 //! | [`tile`] | a bundle through the list and the tree |
-//! | [`order`] | in which order scattered rays are cast |
+//! | [`refit`] | primitives that moved |
 //! | [`stream`] | streams to bundles and single rays |
 //! | [`accel`] | all of it behind two calls |
 
@@ -40,8 +40,8 @@ pub mod bvh;
 pub mod isa;
 pub mod kernels;
 pub mod lanes;
-pub mod order;
 pub mod rays;
+pub mod refit;
 pub mod slab;
 pub mod stream;
 pub mod tile;
@@ -49,4 +49,5 @@ pub mod tile;
 pub use accel::{Accel, Scratch, Structure};
 pub use isa::{Isa, IsaError};
 pub use rays::{HitCode, Hits, Question, RayCounts, Rays};
+pub use refit::Refit;
 pub use reflet_pack::PrimId;

@@ -35,21 +35,3 @@ pub fn enter<S: Simd>(simd: S, ray: &RayLanes<S>, b: &BoxLanes<S>) -> (F<S>, M<S
     }
     (entry, entry.simd_le(exit * LEAVE))
 }
-
-/// Where one ray enters boxes, as [`enter`] has it: `near` and `far` are the faces that it meets
-/// first and last, an axis each.
-#[inline(always)]
-pub fn enter_sorted<S: Simd>(
-    simd: S,
-    (o, inv): (&V3<S>, &V3<S>),
-    near: &V3<S>,
-    far: &V3<S>,
-) -> (F<S>, M<S>) {
-    let mut entry = F::splat(simd, 0.0);
-    let mut exit = F::splat(simd, f32::INFINITY);
-    for k in 0..3 {
-        entry = greater(simd, (near[k] - o[k]) * inv[k], entry);
-        exit = lesser(simd, (far[k] - o[k]) * inv[k], exit);
-    }
-    (entry, entry.simd_le(exit * LEAVE))
-}

@@ -3,10 +3,9 @@
 
 use crate::blocks::Blocks;
 use crate::build::Tree;
-use crate::bundle::{self, Bundle, NO_CLASS, RAYS, Rows};
+use crate::bundle::{Bundle, NO_CLASS, RAYS};
 use crate::bvh::{self, Key};
 use crate::lanes::LANES;
-use crate::order::Order;
 use crate::rays::{HitCode, Question, Rays};
 use crate::tile;
 use fearless_simd::prelude::*;
@@ -25,9 +24,9 @@ pub struct Structures<'a> {
 /// Memory of one thread.
 #[derive(Default)]
 pub struct Memory {
-    bundle: Box<Bundle>,
+    taken: Box<Bundle>,
+    some: Box<Bundle>,
     stack: Vec<Key>,
-    order: Order,
 }
 
 /// Casts all rays; `t` and `code` hold their ends and no code, and get their hits.
@@ -40,49 +39,46 @@ pub fn cast<S: Simd>(
     (t, code): (&mut [f32], &mut [HitCode]),
     memory: &mut Memory,
 ) {
-    let Memory { bundle, stack, order } = memory;
-    stack.resize(stack.len().max(LANES * (what.tree.depth + 1)), 0);
-    let mut by_class = [[0u32; RAYS]; NO_CLASS as usize];
-    let sorted = order.sort(what.tree, rays);
-    let mut first = 0;
-    while first < rays.len() {
-        let len = RAYS.min(rays.len() - first);
-        let common = if sorted.is_none() && len == RAYS { common(simd, rays, first) } else { None };
-        if let Some(class) = common {
-            bundle.load(simd, rays, Rows::All(first), class, question);
-            cast_bundle(simd, what, rays, question, (t, code), (bundle, stack));
+    let has_tree = !what.tree.nodes.is_empty();
+    if what.list.is_empty() && !has_tree {
+        return;
+    }
+    let Memory { taken, some, stack } = memory;
+    let deepest = LANES * (what.tree.depth + 1);
+    stack.resize(stack.len().max(deepest), 0);
+    for first in (0..rays.len()).step_by(RAYS) {
+        if taken.take(simd, rays, first).is_some() {
+            taken.bound(simd, question);
+            cast_bundle(simd, what, question, taken, stack);
+        } else if what.list.is_empty() && taken.is_scattered(*APART * what.tree.extent, *SPREAD) {
+            bvh::cast(simd, (what.tree, what.leaves), taken, question, stack);
         } else {
+            let mut slots = [[0u8; RAYS]; NO_CLASS as usize + 1];
             let mut counts = [0; NO_CLASS as usize + 1];
-            for i in first..first + len {
-                let row = sorted.map_or(i, |s| s[i] as usize);
-                let class = usize::from(bundle::class(rays, row));
-                if class < usize::from(NO_CLASS) {
-                    by_class[class][counts[class]] = row as u32;
-                    counts[class] += 1;
-                }
+            for (slot, class) in taken.classes().iter().enumerate() {
+                let class = *class as usize % slots.len();
+                slots[class][counts[class] % RAYS] = slot as u8;
+                counts[class] += 1;
             }
-            for class in 0..NO_CLASS {
-                let rows = &by_class[usize::from(class)][..counts[usize::from(class)]];
-                if !rows.is_empty() {
-                    bundle.load(simd, rays, Rows::Some(rows), class, question);
-                    cast_bundle(simd, what, rays, question, (t, code), (bundle, stack));
+            for (slots, count) in slots.iter().zip(counts).take(NO_CLASS as usize) {
+                if count > 0 {
+                    let slots = &slots[..count];
+                    some.select(taken, slots);
+                    some.bound(simd, question);
+                    cast_bundle(simd, what, question, some, stack);
+                    for (i, slot) in slots.iter().enumerate() {
+                        let slot = usize::from(*slot) % RAYS;
+                        (taken.t[slot], taken.code[slot]) = (some.t[i], some.code[i]);
+                    }
                 }
             }
         }
-        first += len;
-    }
-}
-
-/// The class of the rows of a whole bundle, if they have one in common.
-#[inline(always)]
-fn common<S: Simd>(simd: S, rays: &Rays, first: usize) -> Option<u8> {
-    let class = bundle::common_class(simd, rays, first)?;
-    for g in 1..LANES {
-        if bundle::common_class(simd, rays, first + g * LANES) != Some(class) {
-            return None;
+        let len = taken.len;
+        t[first..first + len].copy_from_slice(&taken.t[..len]);
+        for (to, from) in code[first..first + len].iter_mut().zip(&taken.code[..len]) {
+            *to = HitCode(*from);
         }
     }
-    Some(class)
 }
 
 #[inline(never)]
@@ -92,14 +88,14 @@ fn tune(name: &str, default: f32) -> f32 {
 static SPREAD: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| tune("SPREAD", 0.25));
 static APART: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| tune("APART", 0.02));
 
+/// Casts a bundle of one class.
 #[inline(always)]
 fn cast_bundle<S: Simd>(
     simd: S,
     what: Structures<'_>,
-    rays: &Rays,
     question: Question,
-    (t, code): (&mut [f32], &mut [HitCode]),
-    (bundle, stack): (&mut Bundle, &mut [Key]),
+    bundle: &mut Bundle,
+    stack: &mut [Key],
 ) {
     tile::cast_at_list(simd, what.list, bundle, question);
     let leaves = (what.tree, what.leaves);
@@ -108,17 +104,7 @@ fn cast_bundle<S: Simd>(
         if slopes < *SPREAD && origins < *APART && bundle.len > LANES {
             tile::cast(simd, leaves, bundle, question, stack);
         } else {
-            for i in 0..bundle.len {
-                let mut best = (bundle.t[i], HitCode(bundle.code[i]));
-                if best.0 > 0.0 {
-                    bvh::cast(simd, leaves, (rays, bundle.row[i] as usize), question, &mut best, stack);
-                    (bundle.t[i], bundle.code[i]) = (best.0, best.1.0);
-                }
-            }
+            bvh::cast(simd, leaves, bundle, question, stack);
         }
-    }
-    for i in 0..bundle.len {
-        let row = bundle.row[i] as usize;
-        (t[row], code[row]) = (bundle.t[i], HitCode(bundle.code[i]));
     }
 }

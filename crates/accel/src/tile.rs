@@ -6,7 +6,7 @@ use crate::blocks::{Block, Blocks, Shelf};
 use crate::build::{Child, Tree};
 use crate::bundle::Bundle;
 use crate::bvh::{Key, entry_of, key};
-use crate::lanes::{F, LANES, U, load3};
+use crate::lanes::{F, LANES, U};
 use crate::rays::Question;
 use crate::slab::{BoxLanes, enter};
 use fearless_simd::prelude::*;
@@ -57,8 +57,8 @@ fn walk<S: Simd>(
     loop {
         let node = &tree.nodes[index];
         let boxes = BoxLanes {
-            lo: load3(simd, [&node.lo[0], &node.lo[1], &node.lo[2]]),
-            hi: load3(simd, [&node.hi[0], &node.hi[1], &node.hi[2]]),
+            lo: [node.faces(simd, 0), node.faces(simd, 1), node.faces(simd, 2)],
+            hi: [node.faces(simd, 4), node.faces(simd, 5), node.faces(simd, 6)],
         };
         let (entry, mut bits) = bundle.meet(simd, &boxes);
         let entries = entry.as_slice();
@@ -66,7 +66,7 @@ fn walk<S: Simd>(
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize % LANES;
             bits &= bits - 1;
-            let found = key(entries[lane], node.child[lane]);
+            let found = key(entries[lane], node.child(lane));
             let mut at = top;
             while at > bottom && stack[at - 1] < found {
                 stack[at] = stack[at - 1];
@@ -90,7 +90,9 @@ fn walk<S: Simd>(
                     // Planes are never in a tree.
                     ShapeKind::Plane => {}
                     ShapeKind::Quad => test_apart(simd, &blocks.quads, block, bundle, question),
-                    ShapeKind::Triangle => test_apart(simd, &blocks.triangles, block, bundle, question),
+                    ShapeKind::Triangle => {
+                        test_apart(simd, &blocks.triangles, block, bundle, question)
+                    }
                 },
             }
         };

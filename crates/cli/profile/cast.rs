@@ -59,7 +59,8 @@ pub fn measure(
 ) -> Result<Measured, Failure> {
     let level = isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool = pool.map_err(|e| Failure::new(Exit::Failed, format!("cannot start threads: {e}")))?;
+    let pool =
+        pool.map_err(|e| Failure::new(Exit::Failed, format!("cannot start threads: {e}")))?;
     let start = Instant::now();
     let accel = pool.install(|| Accel::build(geometry, level, Structure::Auto));
     let mut measured = Measured {

@@ -34,9 +34,8 @@ impl Primitives {
                 }
             }
             Primitives::Mesh(path) => {
-                let fault = |what: String| {
-                    Failure::new(Exit::Input, format!("{}{what}", path.display()))
-                };
+                let fault =
+                    |what: String| Failure::new(Exit::Input, format!("{}{what}", path.display()));
                 let text = std::fs::read(path).map_err(|e| fault(format!(": {e}")))?;
                 let obj = reflet_assets::obj::parse(&text).map_err(|e| {
                     let line = e.line.map(|line| format!(":{line}")).unwrap_or_default();

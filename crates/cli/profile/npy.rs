@@ -55,8 +55,12 @@ fn rows<T: Number, const WIDTH: usize>(bytes: &[u8]) -> Result<Vec<[T; WIDTH]>, 
         return Err(format!("the order is Fortran's; {wanted}, in C's order"));
     }
     let shape = value(header, "shape").ok_or("the header has no `shape`")?;
-    let sizes: Vec<&str> =
-        shape.trim_matches(['(', ')']).split(',').map(str::trim).filter(|s| !s.is_empty()).collect();
+    let sizes: Vec<&str> = shape
+        .trim_matches(['(', ')'])
+        .split(',')
+        .map(str::trim)
+        .filter(|s| !s.is_empty())
+        .collect();
     let n = match sizes[..] {
         [n, width] if width == WIDTH.to_string() => n.parse::<usize>().ok(),
         _ => None,
@@ -121,9 +125,8 @@ pub fn write(path: &Path, descr: &str, shape: &str, data: &[u8]) -> Result<(), F
         file.write_all(data)?;
         file.sync_all()
     };
-    put().map_err(|e: std::io::Error| {
-        Failure::new(Exit::Output, format!("{}: {e}", path.display()))
-    })
+    put()
+        .map_err(|e: std::io::Error| Failure::new(Exit::Output, format!("{}: {e}", path.display())))
 }
 
 #[cfg(test)]
