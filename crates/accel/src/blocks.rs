@@ -229,7 +229,7 @@ impl Block for QuadBlock {
 
 /// Triangles.
 #[derive(Clone, Debug, Default)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub struct TriangleBlock {
     corners: [[Lane; 3]; 3],
     code: [u32; LANES],

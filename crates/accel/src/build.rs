@@ -69,6 +69,8 @@ pub struct Child(pub(crate) u32);
 impl Child {
     /// No child; its box is empty.
     pub const NONE: Child = Child(u32::MAX);
+    /// The first node.
+    pub const ROOT: Child = Child(0);
     const LEAF: u32 = 1 << 31;
     const KIND: u32 = 29;
 

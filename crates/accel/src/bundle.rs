@@ -244,6 +244,7 @@ impl Bundle {
     /// One ray in all lanes.
     #[inline(always)]
     pub fn splat<S: Simd>(&self, simd: S, slot: usize) -> RayLanes<S> {
+        let slot = slot % RAYS;
         let at = |c: &[f32; RAYS]| F::splat(simd, c[slot]);
         RayLanes {
             o: [at(&self.o[0]), at(&self.o[1]), at(&self.o[2])],
@@ -254,6 +255,16 @@ impl Bundle {
             turn: TURN[(self.class[slot] >> 1) as usize % 3],
             shear: [at(&self.shear[0]), at(&self.shear[1]), at(&self.shear[2])],
         }
+    }
+
+    /// What the box test needs of one ray, in all lanes: origin and 1 / direction.
+    #[inline(always)]
+    pub fn slabs<S: Simd>(&self, simd: S, slot: usize) -> ([F<S>; 3], [F<S>; 3]) {
+        let at = |c: &[f32; RAYS]| F::splat(simd, c[slot % RAYS]);
+        (
+            [at(&self.o[0]), at(&self.o[1]), at(&self.o[2])],
+            [at(&self.inv[0]), at(&self.inv[1]), at(&self.inv[2])],
+        )
     }
 
     /// The rows of a node that hold the faces which a ray meets first.
@@ -469,12 +480,11 @@ impl Bundle {
         self.whole.end.fill(end);
     }
 
-    /// How far the slopes spread, and how far the origins relative to `size`.
-    pub fn spread(&self, size: f32) -> (f32, f32) {
+    /// How far the slopes spread, and how far the origins.
+    pub fn spread(&self) -> (f32, f32) {
         let w = &self.whole;
         let slopes = (0..2).map(|k| w.slope[k][1][0] - w.slope[k][0][0]).sum();
-        let origins = (0..3).map(|k| w.hi[k][0] - w.lo[k][0]).sum::<f32>() / size;
-        (slopes, origins)
+        (slopes, (0..3).map(|k| w.hi[k][0] - w.lo[k][0]).sum())
     }
 }
 

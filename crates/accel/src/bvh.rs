@@ -4,6 +4,7 @@ use crate::blocks::{Block, Blocks, Shelf};
 use crate::build::{Child, Node, Tree};
 use crate::bundle::Bundle;
 use crate::lanes::{F, LANES, RayLanes, greater, lesser};
+use crate::prefetch::prefetch;
 use crate::rays::Question;
 use crate::slab::{LEAVE, enter};
 use fearless_simd::prelude::*;
@@ -98,6 +99,12 @@ fn walk<S: Simd>(
                 }
                 stack[at] = more;
                 top += 1;
+                match Child(more as u32).target() {
+                    Ok(index) => prefetch(&tree.nodes, index),
+                    Err((ShapeKind::Sphere, block)) => prefetch(&blocks.spheres.blocks, block),
+                    Err((ShapeKind::Quad, block)) => prefetch(&blocks.quads.blocks, block),
+                    Err((_, block)) => prefetch(&blocks.triangles.blocks, block),
+                }
             }
         } else {
             loop {
@@ -152,7 +159,7 @@ fn walk<S: Simd>(
 
 /// The better of `best` and the closest hit in a block.
 #[inline(always)]
-fn test<S: Simd, B: Block>(
+pub fn test<S: Simd, B: Block>(
     simd: S,
     shelf: &Shelf<B>,
     block: usize,

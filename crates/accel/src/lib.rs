@@ -25,6 +25,8 @@
 //! | [`blocks`] | primitives in lanes |
 //! | [`build`] | the tree by binned surface area |
 //! | [`bvh`] | one ray through the tree |
+//! | [`flights`] | several single rays at once |
+//! | [`prefetch`] | memory asked for early |
 //! | [`bundle`] | rays that run together, and the frusta that hold them |
 //! | [`tile`] | a bundle through the list and the tree |
 //! | [`refit`] | primitives that moved |
@@ -37,9 +39,11 @@ pub mod brute;
 pub mod build;
 pub mod bundle;
 pub mod bvh;
+pub mod flights;
 pub mod isa;
 pub mod kernels;
 pub mod lanes;
+pub mod prefetch;
 pub mod rays;
 pub mod refit;
 pub mod slab;

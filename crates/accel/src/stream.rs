@@ -5,6 +5,7 @@ use crate::blocks::Blocks;
 use crate::build::Tree;
 use crate::bundle::{Bundle, NO_CLASS, RAYS};
 use crate::bvh::{self, Key};
+use crate::flights;
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Question, Rays};
 use crate::tile;
@@ -43,15 +44,15 @@ pub fn cast<S: Simd>(
     if what.list.is_empty() && !has_tree {
         return;
     }
+    let limits = Limits::of(what.tree, question);
     let Memory { taken, some, stack } = memory;
-    let deepest = LANES * (what.tree.depth + 1);
-    stack.resize(stack.len().max(deepest), 0);
+    stack.resize(stack.len().max(flights::stack_len(what.tree)), 0);
     for first in (0..rays.len()).step_by(RAYS) {
         if taken.take(simd, rays, first).is_some() {
             taken.bound(simd, question);
-            cast_bundle(simd, what, question, taken, stack);
-        } else if what.list.is_empty() && taken.is_scattered(*APART * what.tree.extent, *SPREAD) {
-            bvh::cast(simd, (what.tree, what.leaves), taken, question, stack);
+            cast_bundle(simd, (what, limits), question, taken, stack);
+        } else if what.list.is_empty() && taken.is_scattered(limits.apart, limits.spread) {
+            cast_singly(simd, what, question, taken, stack);
         } else {
             let mut slots = [[0u8; RAYS]; NO_CLASS as usize + 1];
             let mut counts = [0; NO_CLASS as usize + 1];
@@ -65,7 +66,7 @@ pub fn cast<S: Simd>(
                     let slots = &slots[..count];
                     some.select(taken, slots);
                     some.bound(simd, question);
-                    cast_bundle(simd, what, question, some, stack);
+                    cast_bundle(simd, (what, limits), question, some, stack);
                     for (i, slot) in slots.iter().enumerate() {
                         let slot = usize::from(*slot) % RAYS;
                         (taken.t[slot], taken.code[slot]) = (some.t[i], some.code[i]);
@@ -81,30 +82,64 @@ pub fn cast<S: Simd>(
     }
 }
 
-#[inline(never)]
-fn tune(name: &str, default: f32) -> f32 {
-    std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default)
+/// How far apart the rays of a bundle may start, summed over the axes, and how far its slopes may
+/// spread. Found by measuring; only time depends on it.
+#[derive(Clone, Copy)]
+struct Limits {
+    apart: f32,
+    spread: f32,
 }
-static SPREAD: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| tune("SPREAD", 0.25));
-static APART: std::sync::LazyLock<f32> = std::sync::LazyLock::new(|| tune("APART", 0.02));
 
-/// Casts a bundle of one class.
+impl Limits {
+    fn of(tree: &Tree, question: Question) -> Limits {
+        // The fewer nodes there are, the less a wide bundle visits in vain.
+        let ease = (4096.0 / tree.nodes.len().max(1) as f32).sqrt();
+        let spread = match question {
+            Question::Closest => 0.25,
+            // A ray alone stops at its first hit, a bundle only at the last ray's.
+            Question::Any => 0.08,
+        };
+        Limits { apart: 0.02 * ease * tree.extent, spread: spread * ease }
+    }
+}
+
+/// Trees of fewer nodes stay in the cache, more or less, and then rays are quicker one by one.
+const LARGE: usize = 16_384;
+
+/// Casts rays one by one.
 #[inline(always)]
-fn cast_bundle<S: Simd>(
+fn cast_singly<S: Simd>(
     simd: S,
     what: Structures<'_>,
     question: Question,
     bundle: &mut Bundle,
     stack: &mut [Key],
 ) {
-    tile::cast_at_list(simd, what.list, bundle, question);
     let leaves = (what.tree, what.leaves);
+    let near = 0.05 * what.tree.extent;
+    if what.tree.nodes.len() > LARGE && bundle.is_scattered(near, f32::INFINITY) {
+        flights::cast(simd, leaves, bundle, question, stack);
+    } else {
+        bvh::cast(simd, leaves, bundle, question, stack);
+    }
+}
+
+/// Casts a bundle of one class.
+#[inline(always)]
+fn cast_bundle<S: Simd>(
+    simd: S,
+    (what, limits): (Structures<'_>, Limits),
+    question: Question,
+    bundle: &mut Bundle,
+    stack: &mut [Key],
+) {
+    tile::cast_at_list(simd, what.list, bundle, question);
     if !what.tree.nodes.is_empty() {
-        let (slopes, origins) = bundle.spread(what.tree.extent);
-        if slopes < *SPREAD && origins < *APART && bundle.len > LANES {
-            tile::cast(simd, leaves, bundle, question, stack);
+        let (slopes, origins) = bundle.spread();
+        if slopes < limits.spread && origins < limits.apart && bundle.len > LANES {
+            tile::cast(simd, (what.tree, what.leaves), bundle, question, stack);
         } else {
-            bvh::cast(simd, leaves, bundle, question, stack);
+            cast_singly(simd, what, question, bundle, stack);
         }
     }
 }

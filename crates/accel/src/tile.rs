@@ -7,6 +7,7 @@ use crate::build::{Child, Tree};
 use crate::bundle::Bundle;
 use crate::bvh::{Key, entry_of, key};
 use crate::lanes::{F, LANES, U};
+use crate::prefetch::prefetch;
 use crate::rays::Question;
 use crate::slab::{BoxLanes, enter};
 use fearless_simd::prelude::*;
@@ -74,6 +75,12 @@ fn walk<S: Simd>(
             }
             stack[at] = found;
             top += 1;
+            match node.child(lane).target() {
+                Ok(index) => prefetch(&tree.nodes, index),
+                Err((ShapeKind::Sphere, block)) => ask_for(&blocks.spheres, block),
+                Err((ShapeKind::Quad, block)) => ask_for(&blocks.quads, block),
+                Err((_, block)) => ask_for(&blocks.triangles, block),
+            }
         }
         index = loop {
             if top == 0 {
@@ -97,6 +104,12 @@ fn walk<S: Simd>(
             }
         };
     }
+}
+
+#[inline(always)]
+fn ask_for<B: Block>(shelf: &Shelf<B>, block: usize) {
+    prefetch(&shelf.frames, block);
+    prefetch(&shelf.blocks, block);
 }
 
 /// Tests the bundle against a block. (Not inlined: a copy for each caller would double the build.)
