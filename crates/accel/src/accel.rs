@@ -5,7 +5,7 @@ use crate::build::{self, Tree};
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Hits, Question, RayCounts, Rays};
 use crate::refit::{Places, Refit, WORN};
-use crate::stream::{self, Memory, Structures};
+use crate::stream::{self, Memory, Structures, Way};
 use fearless_simd::{Level, dispatch};
 use reflet_pack::{Geometry, PrimId, ShapeKind};
 
@@ -30,6 +30,7 @@ pub struct Accel {
     leaves: Blocks,
     tree: Tree,
     structure: Structure,
+    way: Way,
     /// How many primitives it was built from, visible or not.
     prims: usize,
     /// The area of the tree's boxes when it was built.
@@ -67,7 +68,22 @@ impl Accel {
             tree = build::build(geometry, &mut leaves);
         }
         let area = tree.area();
-        Accel { level, list, leaves, tree, structure, prims: geometry.len(), area, places: None }
+        Accel {
+            level,
+            list,
+            leaves,
+            tree,
+            structure,
+            way: Way::Auto,
+            prims: geometry.len(),
+            area,
+            places: None,
+        }
+    }
+
+    /// Sends all rays one way, whatever they are; for tests and measurements.
+    pub fn cast_by(&mut self, way: Way) {
+        self.way = way;
     }
 
     /// Takes over where primitives of `moved` are now in `geometry`: their shape, or whether they
@@ -89,7 +105,9 @@ impl Accel {
                 return Refit::Refitted;
             }
         }
+        let way = self.way;
         *self = Accel::build(geometry, self.level, self.structure);
+        self.way = way;
         Refit::Rebuilt
     }
 
@@ -135,7 +153,8 @@ impl Accel {
         hits.code.clear();
         hits.code.resize(padded, HitCode::NONE);
         let (t, code) = (&mut hits.t[..], &mut hits.code[..]);
-        let what = Structures { list: &self.list, leaves: &self.leaves, tree: &self.tree };
+        let Accel { list, leaves, tree, way, .. } = self;
+        let what = Structures { list, leaves, tree, way: *way };
         let memory = &mut scratch.memory;
         dispatch!(self.level, simd => stream::cast(simd, what, rays, question, (t, code), memory));
     }

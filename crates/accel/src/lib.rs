@@ -55,3 +55,4 @@ pub use isa::{Isa, IsaError};
 pub use rays::{HitCode, Hits, Question, RayCounts, Rays};
 pub use refit::Refit;
 pub use reflet_pack::PrimId;
+pub use stream::Way;

@@ -20,6 +20,22 @@ pub struct Structures<'a> {
     pub leaves: &'a Blocks,
     /// The tree; empty if all is in the list.
     pub tree: &'a Tree,
+    /// How rays go through the tree.
+    pub way: Way,
+}
+
+/// How rays go through a tree. Hits do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Way {
+    /// As suits the rays and the tree.
+    #[default]
+    Auto,
+    /// In bundles, culled by their frusta.
+    Bundles,
+    /// One after the other.
+    Singly,
+    /// Each on its own, several under way at once.
+    Flights,
 }
 
 /// Memory of one thread.
@@ -44,7 +60,7 @@ pub fn cast<S: Simd>(
     if what.list.is_empty() && !has_tree {
         return;
     }
-    let limits = Limits::of(what.tree, question);
+    let limits = Limits::of(what, question);
     let Memory { taken, some, stack } = memory;
     stack.resize(stack.len().max(flights::stack_len(what.tree)), 0);
     for first in (0..rays.len()).step_by(RAYS) {
@@ -91,7 +107,13 @@ struct Limits {
 }
 
 impl Limits {
-    fn of(tree: &Tree, question: Question) -> Limits {
+    fn of(what: Structures<'_>, question: Question) -> Limits {
+        let tree = what.tree;
+        match what.way {
+            Way::Auto => {}
+            Way::Bundles => return Limits { apart: f32::INFINITY, spread: f32::INFINITY },
+            Way::Singly | Way::Flights => return Limits { apart: -1.0, spread: -1.0 },
+        }
         // The fewer nodes there are, the less a wide bundle visits in vain.
         let ease = (4096.0 / tree.nodes.len().max(1) as f32).sqrt();
         let spread = match question {
@@ -117,7 +139,14 @@ fn cast_singly<S: Simd>(
 ) {
     let leaves = (what.tree, what.leaves);
     let near = 0.05 * what.tree.extent;
-    if what.tree.nodes.len() > LARGE && bundle.is_scattered(near, f32::INFINITY) {
+    let flies = match what.way {
+        Way::Auto | Way::Bundles => {
+            what.tree.nodes.len() > LARGE && bundle.is_scattered(near, f32::INFINITY)
+        }
+        Way::Singly => false,
+        Way::Flights => true,
+    };
+    if flies {
         flights::cast(simd, leaves, bundle, question, stack);
     } else {
         bvh::cast(simd, leaves, bundle, question, stack);

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use proptest::prelude::*;
 use reflet_accel::{
-    Accel, HitCode, Hits, Isa, PrimId, RayCounts, Rays, Refit, Scratch, Structure, brute,
+    Accel, HitCode, Hits, Isa, PrimId, RayCounts, Rays, Refit, Scratch, Structure, Way, brute,
 };
 use reflet_pack::{Aabb, Columns, Geometry, Overrides, Packer, ShapeKind};
 use reflet_scene::{Camera, Plane, Quad, Scene, Sphere, Surface, Triangle};
@@ -237,6 +237,7 @@ fn moved(dice: &mut Dice, g: &Geometry) -> (Geometry, Vec<PrimId>) {
     (to, moved)
 }
 
+const WAYS: [Way; 4] = [Way::Auto, Way::Bundles, Way::Singly, Way::Flights];
 const STRUCTURES: [Structure; 2] = [Structure::List, Structure::Tree];
 
 fn assert_equal(columns: &Columns, rays: &Rays) {
@@ -244,8 +245,11 @@ fn assert_equal(columns: &Columns, rays: &Rays) {
     let want = defined(g, rays);
     for isa in Isa::available() {
         for structure in STRUCTURES {
-            let accel = Accel::build(g, isa.level().expect("available"), structure);
-            assert_gives(&accel, rays, &want, &format!("{isa:?} {structure:?}"));
+            let mut accel = Accel::build(g, isa.level().expect("available"), structure);
+            for way in WAYS {
+                accel.cast_by(way);
+                assert_gives(&accel, rays, &want, &format!("{isa:?} {structure:?} {way:?}"));
+            }
         }
     }
 }
