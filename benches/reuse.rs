@@ -70,6 +70,9 @@ fn told(events: &str) -> Told {
     }
 }
 
+/// A side's name, the frames that it renders, and how.
+type Run = (String, u32, Box<dyn Fn() -> Command>);
+
 fn reflet(script: &Path, out: &Path, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_reflet"));
     command.arg("render").arg(script).arg("-o").arg(out.join("f-##.png")).arg("--json").args(more);
@@ -143,7 +146,7 @@ fn main() {
         "\nmirrors-10, 640x360, two threads, whole processes with PNGs on disk, seconds a frame"
     );
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("scripts/mirrors-10.rhai");
-    let mut runs: Vec<(String, u32, Box<dyn Fn() -> Command>)> = Vec::new();
+    let mut runs: Vec<Run> = Vec::new();
     for (name, frames, more) in [
         ("reflet, 48 frames", 48, &["--threads", "2"][..]),
         ("reflet --no-reuse, 12 frames", 12, &["--threads", "2", "--no-reuse", "--frames", "0-11"]),

@@ -10,6 +10,7 @@ mod json;
 mod meant;
 mod new;
 mod params;
+mod profile;
 mod progress;
 mod render;
 mod signals;
@@ -37,6 +38,7 @@ fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
             Times::Once => render::run(&meant, console, &signals),
             Times::AtEachSave => watch::run(&meant, console, &signals),
         },
+        Meant::Profile(bench) => profile::bench(&bench),
         Meant::Check(script) => print(check::run(&script, console)?),
         Meant::Params(script, tell) => {
             let stage = script.load()?;

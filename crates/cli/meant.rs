@@ -1,10 +1,13 @@
 //! What was typed, taken together: everything that can be wrong before the script is read is found
 //! here.
 
-use crate::args::{Command, NewArgs, ParamsArgs, RenderArgs, ScriptArgs, Typed};
+use crate::args::{Command, NewArgs, ParamsArgs, ProfileArgs, RenderArgs, ScriptArgs, Typed};
 use crate::console::Console;
 use crate::exit::Failure;
 use crate::frames::FrameRanges;
+use crate::profile::Bench;
+use crate::profile::cast::Question;
+use crate::profile::inputs::Primitives;
 use clap_complete::Shell;
 use reflet_accel::Isa;
 use reflet_film::{Compression, Target};
@@ -19,6 +22,8 @@ use std::sync::Arc;
 pub enum Meant {
     /// Render.
     Render(Render),
+    /// Measure.
+    Profile(Bench),
     /// Say what a scene holds.
     Check(Script),
     /// List parameters.
@@ -116,6 +121,7 @@ impl Meant {
     pub fn by(typed: Typed, console: &Console) -> Result<Self, Failure> {
         Ok(match typed.command {
             Command::Render(args) => Self::Render(render(args, console)?),
+            Command::Profile(args) => Self::Profile(profile(args)?),
             Command::Check(args) => Self::Check(script(args, console)),
             Command::Params(ParamsArgs { script: args, json }) => {
                 Self::Params(script(args, console), tell(json))
@@ -143,6 +149,28 @@ fn script(args: ScriptArgs, console: &Console) -> Script {
 
 fn tell(json: bool) -> Tell {
     if json { Tell::Programs } else { Tell::People }
+}
+
+fn profile(args: ProfileArgs) -> Result<Bench, Failure> {
+    let primitives = match (args.spheres, args.mesh, args.verts, args.tris) {
+        (Some(spheres), ..) => Primitives::Spheres(spheres),
+        (_, Some(mesh), ..) => Primitives::Mesh(mesh),
+        (.., Some(verts), Some(tris)) => Primitives::Indexed(verts, tris),
+        _ => return Err(Failure::usage("give --spheres, --mesh, or --verts and --tris")),
+    };
+    for isa in &args.isa.0 {
+        isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
+    }
+    Ok(Bench {
+        primitives,
+        rays: args.rays,
+        question: if args.any { Question::Any } else { Question::Closest },
+        hits: args.hits,
+        isas: args.isa.0,
+        threads: args.threads.into_iter().map(NonZeroUsize::get).collect(),
+        repeat: args.repeat.get(),
+        tell: tell(args.json),
+    })
 }
 
 fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {

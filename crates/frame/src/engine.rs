@@ -8,7 +8,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use reflet_accel::isa::Level;
 use reflet_accel::{Accel, Isa, RayCounts, Structure};
 use reflet_film::{Layout, Picture, TileMut, TransferTable};
-use reflet_pack::{Changes, Columns};
+use reflet_pack::{Changes, Columns, PrimId, SurfaceChange, SurfaceId};
 use reflet_trace::{BatchColours, Grid, Points, RayTally, Shader, Tracer};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -177,11 +177,7 @@ impl Engine {
     ) -> Result<Work, Cancelled> {
         let start = Instant::now();
         let Batch { columns, changes, .. } = batch;
-        if self.accel.is_none() || changes.is_none_or(|c| !c.surfaces.is_empty()) {
-            let structure = self.options.structure;
-            let build = || Accel::build(&columns.geometry, self.level, structure);
-            self.accel = Some(self.pool.install(build));
-        }
+        self.accelerate(columns, changes);
         let build_ns = nanoseconds(start);
         let Some(first) = pictures.first() else { return Ok(Work::default()) };
         let start = Instant::now();
@@ -198,6 +194,28 @@ impl Engine {
         work.build_ns = build_ns;
         work.trace_ns = nanoseconds(start);
         Ok(work)
+    }
+
+    /// Brings the structure that rays are intersected with up to date.
+    fn accelerate(&mut self, columns: &Columns, changes: Option<&Changes>) {
+        let geometry = &columns.geometry;
+        match (&mut self.accel, changes) {
+            (Some(accel), Some(changes)) => {
+                let ids =
+                    |s: SurfaceId| columns.surfaces.range(s.index()).map(|p| PrimId(p as u32));
+                let still_there = |c: &&SurfaceChange| c.surface.index() < columns.surfaces.len();
+                let moved = changes.surfaces.iter().filter(still_there);
+                let moved: Vec<PrimId> = moved.flat_map(|c| ids(c.surface)).collect();
+                if !changes.surfaces.is_empty() {
+                    self.pool.install(|| accel.refit(geometry, &moved));
+                }
+            }
+            (accel, _) => {
+                let (level, structure) = (self.level, self.options.structure);
+                let build = || Accel::build(geometry, level, structure);
+                *accel = Some(self.pool.install(build));
+            }
+        }
     }
 
     /// Compares with what the kept trees were made for, and makes room for new ones.

@@ -55,14 +55,13 @@ impl Level {
         }
     }
 
-    /// Keeps the rows for which `keep`, asked in order, is true.
-    pub(crate) fn retain(&mut self, mut keep: impl FnMut() -> bool) {
-        let keep: Vec<bool> = (0..self.len()).map(|_| keep()).collect();
-        retain(&mut self.code, &keep);
-        retain(&mut self.slot, &keep);
-        retain(&mut self.total, &keep);
-        retain(&mut self.parent, &keep);
-        self.light.iter_mut().chain(&mut self.at).for_each(|column| retain(column, &keep));
+    /// Takes the marked rows out.
+    pub(crate) fn remove(&mut self, marked: &[bool]) {
+        remove(&mut self.code, marked);
+        remove(&mut self.slot, marked);
+        remove(&mut self.total, marked);
+        remove(&mut self.parent, marked);
+        self.light.iter_mut().chain(&mut self.at).for_each(|column| remove(column, marked));
     }
 
     /// Replaces a row, but for its parent, by a row of another level with the same columns.
@@ -114,9 +113,9 @@ impl Level {
     }
 }
 
-fn retain<T: Copy>(column: &mut Vec<T>, keep: &[bool]) {
-    let mut rows = keep.iter();
-    column.retain(|_| rows.next().copied().unwrap_or(false));
+fn remove<T>(column: &mut Vec<T>, marked: &[bool]) {
+    let mut rows = marked.iter();
+    column.retain(|_| !rows.next().copied().unwrap_or(false));
 }
 
 /// The ray trees of one sample of one tile.
