@@ -2,6 +2,7 @@
 //! the frame before.
 
 use crate::camera;
+use crate::capsule::Capsules;
 use crate::grid::TileRect;
 use crate::lighting;
 use crate::mirror;
@@ -89,10 +90,12 @@ impl Tracer<'_> {
         s.fresh.parents.clear();
         s.fresh.parents.extend(0..rect.pixels() as u16);
         self.descend(trees, &Revision::default(), s);
+        self.find_capsules(trees);
     }
 
     /// Makes the trees of some of a tile's pixels from scratch. At level 0 they have one row a
-    /// pixel of `pixels`, whose parent is the pixel. They keep their points.
+    /// pixel of `pixels`, whose parent is the pixel. They keep their points, and number their
+    /// surfaces on from the palette that they have.
     pub(crate) fn grow_some(
         &self,
         (rect, sample): (TileRect, u32),
@@ -100,18 +103,14 @@ impl Tracer<'_> {
         trees: &mut Trees,
         s: &mut TraceScratch,
     ) {
-        trees.clear();
+        trees.levels.iter_mut().for_each(Level::clear);
         trees.points = Points::Kept;
         s.palette.start(&trees.palette, self.columns.surfaces.len());
         s.known.clear();
-        camera::rays(&self.columns.view, rect, sample, &mut s.next);
-        s.fresh.rays.clear();
-        for pixel in pixels {
-            s.fresh.rays.push_from(&s.next, usize::from(*pixel));
-        }
-        s.fresh.rays.pad();
+        let pixels = pixels.iter().copied();
+        camera::some_rays(&self.columns.view, rect, sample, pixels.clone(), &mut s.fresh.rays);
         s.fresh.parents.clear();
-        s.fresh.parents.extend_from_slice(pixels);
+        s.fresh.parents.extend(pixels);
         self.descend(trees, &Revision::default(), s);
     }
 
@@ -130,6 +129,7 @@ impl Tracer<'_> {
         camera::rays(&self.columns.view, rect, sample, &mut s.known.rays);
         s.fresh.clear();
         self.descend(trees, revision, s);
+        self.find_capsules(trees);
         s.deepened += (trees.nodes() - before) as u64;
     }
 
@@ -174,6 +174,12 @@ impl Tracer<'_> {
         }
         while trees.levels.last().is_some_and(Level::is_empty) {
             trees.levels.pop();
+        }
+    }
+
+    fn find_capsules(&self, trees: &mut Trees) {
+        if trees.points == Points::Kept {
+            Capsules::find(trees, self.columns.view.eye);
         }
     }
 

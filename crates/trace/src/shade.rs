@@ -249,7 +249,6 @@ fn local<S: Simd>(simd: S, levels: &[Level], attenuation: Attenuation, scratch: 
     let zero = f32x4::splat(simd, 0.0);
     for (level, start) in levels.iter().zip(&scratch.starts) {
         let out = &mut scratch.local[*start..start + level.len()];
-        let light: Vec<&[f32]> = level.light.iter().map(|terms| &terms[..out.len()]).collect();
         for (row, (out, slot)) in out.iter_mut().zip(&level.slot).enumerate() {
             let slot = usize::from(*slot);
             if !table.stale[slot] {
@@ -258,7 +257,7 @@ fn local<S: Simd>(simd: S, levels: &[Level], attenuation: Attenuation, scratch: 
             scratch.local_nodes += 1;
             let mut c = f32x4::from_slice(simd, &table.ambient[slot]);
             let lit = &table.lit[slot * table.lights..][..table.lights];
-            for (lit, terms) in lit.iter().zip(&light) {
+            for (lit, terms) in lit.iter().zip(&level.light) {
                 let (lit, term) = (f32x4::from_slice(simd, lit), f32x4::splat(simd, terms[row]));
                 c += if finite { lit * term } else { times(simd, lit, term) };
             }
