@@ -280,10 +280,12 @@ fn mirrored<S: Simd>(simd: S, levels: &[Level], max_path: f32, scratch: &mut Sha
         let parents = &mut parents[scratch.starts[depth - 1]..];
         let above = &levels[depth - 1];
         scratch.mirrored_nodes += levels[depth].len() as u64;
+        let slots = &above.slot[..parents.len()];
+        let totals = &above.total[..parents.len()];
         for (child, parent) in children.iter().zip(&levels[depth].parent) {
             let parent = usize::from(*parent);
-            if above.total[parent] <= max_path {
-                let reflectivity = &specular[usize::from(above.slot[parent])];
+            if totals[parent] <= max_path {
+                let reflectivity = &specular[usize::from(slots[parent])];
                 let below = f32x4::from_slice(simd, child);
                 let own = f32x4::from_slice(simd, &parents[parent]);
                 let colour = own + times(simd, f32x4::from_slice(simd, reflectivity), below);
