@@ -346,9 +346,17 @@ impl Bundle {
                 whole[1][k] = greater(simd, all[k], whole[1][k]);
             }
             if !shared {
-                for k in 0..3 {
-                    self.groups.lo[k][g] = least(simd, all[k]);
-                    self.groups.hi[k][g] = most(simd, all[k]);
+                // Of one eye, which is soon seen, there is one box.
+                if g == 0 || !is_one(&whole) {
+                    for k in 0..3 {
+                        self.groups.lo[k][g] = least(simd, all[k]);
+                        self.groups.hi[k][g] = most(simd, all[k]);
+                    }
+                } else {
+                    for k in 0..3 {
+                        self.groups.lo[k][g] = self.groups.lo[k][0];
+                        self.groups.hi[k][g] = self.groups.hi[k][0];
+                    }
                 }
                 self.groups.end[g] = most(simd, F::from_slice(simd, &self.t[at]));
             }
@@ -492,6 +500,13 @@ impl Default for Bundle {
     fn default() -> Self {
         Bundle::new()
     }
+}
+
+/// Whether all origins so far are the same, lane by lane; that of the first group bounds them then.
+#[inline(always)]
+fn is_one<S: Simd>(whole: &[[F<S>; 6]; 2]) -> bool {
+    let same = |k: usize| whole[0][k].simd_eq(whole[1][k]);
+    (same(0) & same(1) & same(2)).all_true()
 }
 
 /// The least lane.
