@@ -34,6 +34,6 @@ pub mod trees;
 pub use grid::{Grid, TileRect};
 pub use grow::{PatternCells, Revision, TraceScratch, Tracer};
 pub use shade::{ShadeScratch, Shader, TileColours};
-pub use stream::RayTally;
+pub use stream::{RayTally, Recorded};
 pub use touch::Moved;
 pub use trees::Trees;
