@@ -348,9 +348,9 @@ impl Bundle {
             if !shared {
                 // Of one eye, which is soon seen, there is one box.
                 if g == 0 || !is_one(&whole) {
-                    for k in 0..3 {
-                        self.groups.lo[k][g] = least(simd, all[k]);
-                        self.groups.hi[k][g] = most(simd, all[k]);
+                    for (k, axis) in all[..3].iter().enumerate() {
+                        self.groups.lo[k][g] = least(simd, *axis);
+                        self.groups.hi[k][g] = most(simd, *axis);
                     }
                 } else {
                     for k in 0..3 {
@@ -366,9 +366,9 @@ impl Bundle {
             }
             self.groups.inv[g] = least(simd, inv);
         }
-        for k in 0..3 {
-            self.whole.lo[k].fill(least(simd, whole[0][k]));
-            self.whole.hi[k].fill(most(simd, whole[1][k]));
+        for (k, (lo, hi)) in whole[0].iter().zip(&whole[1]).take(3).enumerate() {
+            self.whole.lo[k].fill(least(simd, *lo));
+            self.whole.hi[k].fill(most(simd, *hi));
         }
         for k in 0..2 {
             self.whole.slope[k][0].fill(least(simd, whole[0][3 + k]) - SLACK);
@@ -411,9 +411,9 @@ impl Bundle {
             return false;
         }
         self.apex = Apex::Ends;
-        for k in 0..3 {
-            self.groups.lo[k].fill(apex[k]);
-            self.groups.hi[k].fill(apex[k]);
+        for (k, at) in apex.into_iter().enumerate() {
+            self.groups.lo[k].fill(at);
+            self.groups.hi[k].fill(at);
         }
         self.groups.margin.fill(4.0 * stray + UNDERFLOW);
         for g in 0..self.groups() {
