@@ -38,7 +38,7 @@ fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
             Times::Once => render::run(&meant, console, &signals),
             Times::AtEachSave => watch::run(&meant, console, &signals),
         },
-        Meant::Profile(bench) => profile::bench(&bench),
+        Meant::Profile(meant) => profile::run(&meant),
         Meant::Check(script) => print(check::run(&script, console)?),
         Meant::Params(script, tell) => {
             let stage = script.load()?;

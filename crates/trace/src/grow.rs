@@ -7,7 +7,7 @@ use crate::grid::TileRect;
 use crate::lighting;
 use crate::mirror;
 use crate::palette::{PaletteIndex, Slot};
-use crate::stream::{RayTally, Stream};
+use crate::stream::{RayTally, Recorded, Stream};
 use crate::trees::{Level, Points, Trees};
 use fearless_simd::dispatch;
 use reflet_accel::{Accel, HitCode, RayCounts, Rays, Scratch};
@@ -27,6 +27,8 @@ pub struct TraceScratch {
     pub tested: u64,
     /// Nodes that kept trees grew by, below their leaves.
     pub deepened: u64,
+    /// Where the rays themselves are kept, if they are wanted.
+    pub record: Option<Recorded>,
     pub(crate) known: Stream,
     pub(crate) fresh: Stream,
     next: Rays,
@@ -159,7 +161,7 @@ impl Tracer<'_> {
             }
             let kept = trees.levels[depth].len();
             self.replay(&trees.levels[depth], s);
-            self.intersect(s);
+            self.intersect(depth, s);
             let points = trees.points;
             let level = &mut trees.levels[depth];
             if points == Points::Kept {
@@ -191,8 +193,12 @@ impl Tracer<'_> {
     }
 
     /// Finds what the new rays hit.
-    fn intersect(&self, s: &mut TraceScratch) {
+    fn intersect(&self, depth: usize, s: &mut TraceScratch) {
         let fresh = &mut s.fresh;
+        if let Some(record) = s.record.as_mut().filter(|_| !fresh.rays.is_empty()) {
+            let kind = if depth == 0 { &mut record.camera } else { &mut record.mirror };
+            kind.push(fresh.rays.clone());
+        }
         self.accel.closest(&fresh.rays, &mut fresh.hits, &mut s.accel, &mut s.counts);
         let g = &self.columns.geometry;
         dispatch!(self.accel.level(), simd => s.fresh.find(simd, g));
@@ -268,6 +274,9 @@ impl Tracer<'_> {
         let (shadow, rows) = (&mut s.shadow, &mut s.shadow_rows);
         dispatch!(self.accel.level(), simd => lighting::aim(simd, &place, points, codes, out, shadow, rows));
         s.rays.shadow += s.shadow.len() as u64;
+        if let Some(record) = s.record.as_mut().filter(|_| !s.shadow.is_empty()) {
+            record.shadow.push(s.shadow.clone());
+        }
         self.accel.any(&s.shadow, &mut s.occluded, &mut s.accel, &mut s.counts);
         for (row, hidden) in s.shadow_rows.iter().zip(&s.occluded) {
             if *hidden {

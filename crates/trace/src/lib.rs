@@ -41,6 +41,6 @@ pub use colours::BatchColours;
 pub use grid::{Grid, TileRect};
 pub use grow::{PatternCells, Revision, TraceScratch, Tracer};
 pub use shade::{Colour, ShadeScratch, Shader};
-pub use stream::RayTally;
+pub use stream::{RayTally, Recorded};
 pub use touch::Moved;
 pub use trees::{Points, Trees};
