@@ -2,11 +2,12 @@
 
 use crate::blocks::Blocks;
 use crate::build::{self, Tree};
+use crate::count::Work;
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Hits, Question, RayCounts, Rays};
 use crate::refit::{Places, Refit, WORN};
 use crate::stream::{self, Memory, Structures, Way};
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Fallback, Level, Simd, dispatch};
 use reflet_pack::{Geometry, PrimId, ShapeKind};
 
 /// How primitives are kept. The answer does not depend on it.
@@ -146,17 +147,53 @@ impl Accel {
         scratch.hits = hits;
     }
 
-    fn cast(&self, rays: &Rays, question: Question, hits: &mut Hits, scratch: &mut Scratch) {
-        let padded = rays.len().next_multiple_of(LANES);
-        hits.t.clear();
-        hits.t.extend_from_slice(&rays.t_max[..padded]);
-        hits.code.clear();
-        hits.code.resize(padded, HitCode::NONE);
-        let (t, code) = (&mut hits.t[..], &mut hits.code[..]);
-        let Accel { list, leaves, tree, way, .. } = self;
-        let what = Structures { list, leaves, tree, way: *way };
+    /// Casts rays with all that it takes counted: at the scalar level, whose steps are those of any
+    /// other level, and slowly. The hits are as ever; of [`Question::Any`] only the codes count.
+    ///
+    /// # Panics
+    /// If the columns of `rays` are not padded ([`Rays::pad`]).
+    pub fn count(
+        &self,
+        rays: &Rays,
+        question: Question,
+        hits: &mut Hits,
+        scratch: &mut Scratch,
+    ) -> Work {
+        self.count_on(Fallback::new(), rays, question, hits, scratch)
+    }
+
+    /// The same at any level, for the test that steps do not depend on it. Each level that this is
+    /// called with is compiled once more.
+    ///
+    /// # Panics
+    /// If the columns of `rays` are not padded ([`Rays::pad`]).
+    #[inline(always)]
+    pub fn count_on<S: Simd>(
+        &self,
+        simd: S,
+        rays: &Rays,
+        question: Question,
+        hits: &mut Hits,
+        scratch: &mut Scratch,
+    ) -> Work {
+        let mut work = Work::default();
+        let out = begin(rays, hits);
         let memory = &mut scratch.memory;
-        dispatch!(self.level, simd => stream::cast(simd, what, rays, question, (t, code), memory));
+        stream::cast(simd, self.structures(), rays, question, out, memory, &mut work);
+        work
+    }
+
+    fn cast(&self, rays: &Rays, question: Question, hits: &mut Hits, scratch: &mut Scratch) {
+        let (what, out) = (self.structures(), begin(rays, hits));
+        let memory = &mut scratch.memory;
+        dispatch!(self.level, simd => {
+            stream::cast(simd, what, rays, question, out, memory, &mut ())
+        });
+    }
+
+    fn structures(&self) -> Structures<'_> {
+        let Accel { list, leaves, tree, way, .. } = self;
+        Structures { list, leaves, tree, way: *way }
     }
 
     /// Bytes that it holds.
@@ -181,6 +218,16 @@ impl Accel {
 pub struct Scratch {
     memory: Memory,
     hits: Hits,
+}
+
+/// Rows for what rays hit: nothing so far, and their ends.
+fn begin<'a>(rays: &Rays, hits: &'a mut Hits) -> (&'a mut [f32], &'a mut [HitCode]) {
+    let padded = rays.len().next_multiple_of(LANES);
+    hits.t.clear();
+    hits.t.extend_from_slice(&rays.t_max[..padded]);
+    hits.code.clear();
+    hits.code.resize(padded, HitCode::NONE);
+    (&mut hits.t, &mut hits.code)
 }
 
 fn push(blocks: &mut Blocks, geometry: &Geometry, kind: ShapeKind, prims: &[PrimId]) {

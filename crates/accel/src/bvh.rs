@@ -3,6 +3,7 @@
 use crate::blocks::{Block, Blocks, Shelf};
 use crate::build::{Child, Node, Tree};
 use crate::bundle::Bundle;
+use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, RayLanes, greater, lesser};
 use crate::prefetch::prefetch;
 use crate::rays::Question;
@@ -28,12 +29,13 @@ pub fn entry_of(key: Key) -> f32 {
 
 /// Follows each ray of the bundle to its closest hit, or to any, one after the other.
 #[inline(never)]
-pub fn cast<S: Simd>(
+pub fn cast<S: Simd, C: Counter>(
     simd: S,
     tree: (&Tree, &Blocks),
     bundle: &mut Bundle,
     question: Question,
     stack: &mut [Key],
+    counter: &mut C,
 ) {
     simd.vectorize(
         #[inline(always)]
@@ -43,7 +45,7 @@ pub fn cast<S: Simd>(
                 if bundle.is_castable(slot) {
                     let ray = bundle.splat(simd, slot);
                     let near = bundle.near(slot);
-                    let best = walk(simd, tree, (&ray, near), question, best, stack);
+                    let best = walk(simd, tree, (&ray, near), question, best, stack, counter);
                     (bundle.t[slot], bundle.code[slot]) = best;
                 }
             }
@@ -54,18 +56,20 @@ pub fn cast<S: Simd>(
 /// The better of `found` and the closest hit in the tree, or any. `near` says for each axis which
 /// row of a node holds the faces that the ray meets first.
 #[inline(always)]
-fn walk<S: Simd>(
+fn walk<S: Simd, C: Counter>(
     simd: S,
     (tree, blocks): (&Tree, &Blocks),
     (ray, near): (&RayLanes<S>, [usize; 3]),
     question: Question,
     mut found: (f32, u32),
     stack: &mut [Key],
+    counter: &mut C,
 ) -> (f32, u32) {
     let mut end = F::splat(simd, found.0);
     let zero = F::splat(simd, 0.0);
     let (mut top, mut index) = (0, 0);
     'node: loop {
+        counter.node();
         let node = &tree.nodes[index];
         let mut entry = zero;
         let mut exit = F::splat(simd, f32::INFINITY);
@@ -126,6 +130,7 @@ fn walk<S: Simd>(
                 }
                 Err((kind, block)) => {
                     let before = found;
+                    counter.kernel(|| count::prims_of(blocks, kind, block));
                     found = match kind {
                         ShapeKind::Sphere => test(simd, &blocks.spheres, block, ray, found, end),
                         // Planes are never in a tree.

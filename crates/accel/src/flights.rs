@@ -5,6 +5,7 @@ use crate::blocks::Blocks;
 use crate::build::{Child, Node, Tree};
 use crate::bundle::{Bundle, RAYS};
 use crate::bvh::{Key, entry_of, key, test};
+use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, greater, lesser};
 use crate::prefetch::prefetch;
 use crate::rays::Question;
@@ -35,16 +36,17 @@ struct Flight {
 
 /// Follows each ray of the bundle to its closest hit, or to any.
 #[inline(never)]
-pub fn cast<S: Simd>(
+pub fn cast<S: Simd, C: Counter>(
     simd: S,
     tree: (&Tree, &Blocks),
     bundle: &mut Bundle,
     question: Question,
     stack: &mut [Key],
+    counter: &mut C,
 ) {
     simd.vectorize(
         #[inline(always)]
-        || fly(simd, tree, bundle, question, stack),
+        || fly(simd, tree, bundle, question, stack, counter),
     );
 }
 
@@ -54,12 +56,13 @@ pub fn stack_len(tree: &Tree) -> usize {
 }
 
 #[inline(always)]
-fn fly<S: Simd>(
+fn fly<S: Simd, C: Counter>(
     simd: S,
     tree: (&Tree, &Blocks),
     bundle: &mut Bundle,
     question: Question,
     stack: &mut [Key],
+    counter: &mut C,
 ) {
     let mut flights = [Flight::default(); FLIGHTS];
     let mut count = 0;
@@ -75,7 +78,7 @@ fn fly<S: Simd>(
         let mut i = 0;
         while i < count {
             let flight = &mut flights[i % FLIGHTS];
-            if step(simd, tree, bundle, question, flight, stack) {
+            if step(simd, tree, bundle, question, flight, stack, counter) {
                 i += 1;
                 continue;
             }
@@ -110,19 +113,21 @@ impl Flight {
 
 /// Visits a node or a block; `false` if that was the last.
 #[inline(always)]
-fn step<S: Simd>(
+fn step<S: Simd, C: Counter>(
     simd: S,
     (tree, blocks): (&Tree, &Blocks),
     bundle: &Bundle,
     question: Question,
     flight: &mut Flight,
     stack: &mut [Key],
+    counter: &mut C,
 ) -> bool {
     let slot = flight.slot;
     let end = F::splat(simd, flight.found.0);
     let mut next = None;
     match Child(flight.next as u32).target() {
         Ok(index) => {
+            counter.node();
             let node = &tree.nodes[index];
             let (o, inv) = bundle.slabs(simd, slot);
             let mut entry = F::splat(simd, 0.0);
@@ -162,6 +167,7 @@ fn step<S: Simd>(
             }
         }
         Err((kind, block)) => {
+            counter.kernel(|| count::prims_of(blocks, kind, block));
             let ray = bundle.splat(simd, slot);
             let before = flight.found;
             let found = match kind {

@@ -27,6 +27,7 @@
 //! | [`bvh`] | one ray through the tree |
 //! | [`flights`] | several single rays at once |
 //! | [`prefetch`] | memory asked for early |
+//! | [`count`] | what a cast takes, counted |
 //! | [`bundle`] | rays that run together, and the frusta that hold them |
 //! | [`tile`] | a bundle through the list and the tree |
 //! | [`refit`] | primitives that moved |
@@ -40,6 +41,7 @@ pub mod brute;
 pub mod build;
 pub mod bundle;
 pub mod bvh;
+pub mod count;
 pub mod flights;
 pub mod isa;
 pub mod kernels;
@@ -53,6 +55,7 @@ pub mod stream;
 pub mod tile;
 
 pub use accel::{Accel, Scratch, Structure};
+pub use count::Work;
 pub use isa::{Isa, IsaError};
 pub use rays::{HitCode, Hits, Question, RayCounts, Rays};
 pub use refit::Refit;

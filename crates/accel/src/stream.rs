@@ -5,6 +5,7 @@ use crate::blocks::Blocks;
 use crate::build::Tree;
 use crate::bundle::{Bundle, NO_CLASS, RAYS};
 use crate::bvh::{self, Key};
+use crate::count::Counter;
 use crate::flights;
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Question, Rays};
@@ -48,13 +49,14 @@ pub struct Memory {
 
 /// Casts all rays; `t` and `code` hold their ends and no code, and get their hits.
 #[inline(always)]
-pub fn cast<S: Simd>(
+pub fn cast<S: Simd, C: Counter>(
     simd: S,
     what: Structures<'_>,
     rays: &Rays,
     question: Question,
     (t, code): (&mut [f32], &mut [HitCode]),
     memory: &mut Memory,
+    counter: &mut C,
 ) {
     let has_tree = !what.tree.nodes.is_empty();
     if what.list.is_empty() && !has_tree {
@@ -66,9 +68,9 @@ pub fn cast<S: Simd>(
     for first in (0..rays.len()).step_by(RAYS) {
         if taken.take(simd, rays, first).is_some() {
             taken.bound(simd, question);
-            cast_bundle(simd, (what, limits), question, taken, stack);
+            cast_bundle(simd, (what, limits), question, taken, stack, counter);
         } else if what.list.is_empty() && taken.is_scattered(limits.apart, limits.spread) {
-            cast_singly(simd, what, question, taken, stack);
+            cast_singly(simd, what, question, taken, stack, counter);
         } else {
             let mut slots = [[0u8; RAYS]; NO_CLASS as usize + 1];
             let mut counts = [0; NO_CLASS as usize + 1];
@@ -82,7 +84,7 @@ pub fn cast<S: Simd>(
                     let slots = &slots[..count];
                     some.select(taken, slots);
                     some.bound(simd, question);
-                    cast_bundle(simd, (what, limits), question, some, stack);
+                    cast_bundle(simd, (what, limits), question, some, stack, counter);
                     for (i, slot) in slots.iter().enumerate() {
                         let slot = usize::from(*slot) % RAYS;
                         (taken.t[slot], taken.code[slot]) = (some.t[i], some.code[i]);
@@ -130,12 +132,13 @@ const LARGE: usize = 16_384;
 
 /// Casts rays one by one.
 #[inline(always)]
-fn cast_singly<S: Simd>(
+fn cast_singly<S: Simd, C: Counter>(
     simd: S,
     what: Structures<'_>,
     question: Question,
     bundle: &mut Bundle,
     stack: &mut [Key],
+    counter: &mut C,
 ) {
     let leaves = (what.tree, what.leaves);
     let near = 0.05 * what.tree.extent;
@@ -147,28 +150,29 @@ fn cast_singly<S: Simd>(
         Way::Flights => true,
     };
     if flies {
-        flights::cast(simd, leaves, bundle, question, stack);
+        flights::cast(simd, leaves, bundle, question, stack, counter);
     } else {
-        bvh::cast(simd, leaves, bundle, question, stack);
+        bvh::cast(simd, leaves, bundle, question, stack, counter);
     }
 }
 
 /// Casts a bundle of one class.
 #[inline(always)]
-fn cast_bundle<S: Simd>(
+fn cast_bundle<S: Simd, C: Counter>(
     simd: S,
     (what, limits): (Structures<'_>, Limits),
     question: Question,
     bundle: &mut Bundle,
     stack: &mut [Key],
+    counter: &mut C,
 ) {
-    tile::cast_at_list(simd, what.list, bundle, question);
+    tile::cast_at_list(simd, what.list, bundle, question, counter);
     if !what.tree.nodes.is_empty() {
         let (slopes, origins) = bundle.spread();
         if slopes < limits.spread && origins < limits.apart && bundle.len > LANES {
-            tile::cast(simd, (what.tree, what.leaves), bundle, question, stack);
+            tile::cast(simd, (what.tree, what.leaves), bundle, question, stack, counter);
         } else {
-            cast_singly(simd, what, question, bundle, stack);
+            cast_singly(simd, what, question, bundle, stack, counter);
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::blocks::{Block, Blocks, Shelf};
 use crate::build::{Child, Tree};
 use crate::bundle::Bundle;
 use crate::bvh::{Key, entry_of, key};
+use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, U};
 use crate::prefetch::prefetch;
 use crate::rays::Question;
@@ -15,47 +16,56 @@ use reflet_pack::ShapeKind;
 
 /// Tests the bundle against all of a list.
 #[inline(always)]
-pub fn cast_at_list<S: Simd>(simd: S, list: &Blocks, bundle: &mut Bundle, question: Question) {
+pub fn cast_at_list<S: Simd, C: Counter>(
+    simd: S,
+    list: &Blocks,
+    bundle: &mut Bundle,
+    question: Question,
+    counter: &mut C,
+) {
     for block in 0..list.spheres.blocks.len() {
-        test_apart(simd, &list.spheres, block, bundle, question);
+        test_apart(simd, &list.spheres, block, bundle, question, counter);
     }
     for block in 0..list.planes.blocks.len() {
-        test_apart(simd, &list.planes, block, bundle, question);
+        test_apart(simd, &list.planes, block, bundle, question, counter);
     }
     for block in 0..list.quads.blocks.len() {
-        test_apart(simd, &list.quads, block, bundle, question);
+        test_apart(simd, &list.quads, block, bundle, question, counter);
     }
     for block in 0..list.triangles.blocks.len() {
-        test_apart(simd, &list.triangles, block, bundle, question);
+        test_apart(simd, &list.triangles, block, bundle, question, counter);
     }
 }
 
 /// Follows the bundle through the tree.
 #[inline(never)]
-pub fn cast<S: Simd>(
+pub fn cast<S: Simd, C: Counter>(
     simd: S,
     tree: (&Tree, &Blocks),
     bundle: &mut Bundle,
     question: Question,
     stack: &mut [Key],
+    counter: &mut C,
 ) {
     simd.vectorize(
         #[inline(always)]
-        || walk(simd, tree, bundle, question, stack),
+        || walk(simd, tree, bundle, question, stack, counter),
     );
 }
 
 #[inline(always)]
-fn walk<S: Simd>(
+fn walk<S: Simd, C: Counter>(
     simd: S,
     (tree, blocks): (&Tree, &Blocks),
     bundle: &mut Bundle,
     question: Question,
     stack: &mut [Key],
+    counter: &mut C,
 ) {
     let mut top = 0;
     let mut index = 0;
     loop {
+        counter.node();
         let node = &tree.nodes[index];
         let boxes = BoxLanes {
             lo: [node.faces(simd, 0), node.faces(simd, 1), node.faces(simd, 2)],
@@ -93,12 +103,16 @@ fn walk<S: Simd>(
             match Child(stack[top] as u32).target() {
                 Ok(node) => break node,
                 Err((kind, block)) => match kind {
-                    ShapeKind::Sphere => test_apart(simd, &blocks.spheres, block, bundle, question),
+                    ShapeKind::Sphere => {
+                        test_apart(simd, &blocks.spheres, block, bundle, question, counter)
+                    }
                     // Planes are never in a tree.
                     ShapeKind::Plane => {}
-                    ShapeKind::Quad => test_apart(simd, &blocks.quads, block, bundle, question),
+                    ShapeKind::Quad => {
+                        test_apart(simd, &blocks.quads, block, bundle, question, counter)
+                    }
                     ShapeKind::Triangle => {
-                        test_apart(simd, &blocks.triangles, block, bundle, question)
+                        test_apart(simd, &blocks.triangles, block, bundle, question, counter)
                     }
                 },
             }
@@ -114,26 +128,28 @@ fn ask_for<B: Block>(shelf: &Shelf<B>, block: usize) {
 
 /// Tests the bundle against a block. (Not inlined: a copy for each caller would double the build.)
 #[inline(never)]
-fn test_apart<S: Simd, B: Block>(
+fn test_apart<S: Simd, B: Block, C: Counter>(
     simd: S,
     shelf: &Shelf<B>,
     block: usize,
     bundle: &mut Bundle,
     question: Question,
+    counter: &mut C,
 ) {
     simd.vectorize(
         #[inline(always)]
-        || test(simd, shelf, block, bundle, question),
+        || test(simd, shelf, block, bundle, question, counter),
     );
 }
 
 #[inline(always)]
-fn test<S: Simd, B: Block>(
+fn test<S: Simd, B: Block, C: Counter>(
     simd: S,
     shelf: &Shelf<B>,
     block: usize,
     bundle: &mut Bundle,
     question: Question,
+    counter: &mut C,
 ) {
     let (frame, block) = (&shelf.frames[block], &shelf.blocks[block]);
     let (_, mut prims) = bundle.meet(simd, &frame.boxes(simd));
@@ -145,6 +161,7 @@ fn test<S: Simd, B: Block>(
         while groups != 0 {
             let group = groups.trailing_zeros() as usize % LANES;
             groups &= groups - 1;
+            counter.kernel(|| count::rays_of(bundle, group));
             let ray = bundle.lanes(simd, group);
             let c = block.test_one(simd, &ray, lane);
             let at = group * LANES..(group + 1) * LANES;

@@ -1,0 +1,201 @@
+//! Figures with their repeats: kept in a file, and held against those of an earlier run.
+
+use crate::exit::{Exit, Failure};
+use serde::{Deserialize, Serialize};
+use std::fmt::Write;
+use std::path::Path;
+use std::time::Duration;
+
+/// One thing that was measured several times, at one level on some threads.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct Figure {
+    /// What took the time.
+    pub what: String,
+    /// The SIMD level.
+    pub isa: String,
+    /// How many threads.
+    pub threads: usize,
+    /// The time of each repetition in nanoseconds, by the CPU clock of all threads.
+    pub cpu_ns: Vec<u64>,
+}
+
+/// Two measurements of one thing.
+#[derive(Debug, Serialize, PartialEq)]
+pub struct Comparison {
+    /// What took the time.
+    pub what: String,
+    /// The SIMD level.
+    pub isa: String,
+    /// How many threads.
+    pub threads: usize,
+    /// The median of before.
+    pub before_ns: u64,
+    /// The median of now.
+    pub now_ns: u64,
+    /// Now in terms of before.
+    pub ratio: f64,
+    /// Whether they differ.
+    pub verdict: Verdict,
+}
+
+/// Whether two measurements differ.
+#[derive(Clone, Copy, Debug, Serialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// By less than the measurements themselves vary.
+    WithinNoise,
+    /// Now takes less time.
+    Faster,
+    /// Now takes more time.
+    Slower,
+    /// There are fewer than three repetitions on one side, so nobody knows how much they vary.
+    Unknown,
+}
+
+/// The fewest repetitions that tell something of their noise.
+const FEW: usize = 3;
+
+/// Two runs differ by as much as this for causes that no repetition within one run shows: where
+/// the system puts memory and threads, and what else the machine does.
+const DRIFT: f64 = 0.05;
+
+impl Figure {
+    /// A figure.
+    pub fn new(what: &str, isa: &str, threads: usize, cpu: &[Duration]) -> Figure {
+        let cpu_ns = cpu.iter().map(|t| t.as_nanos() as u64).collect();
+        Figure { what: what.into(), isa: isa.into(), threads, cpu_ns }
+    }
+
+    fn is_of_same(&self, other: &Figure) -> bool {
+        (&self.what, &self.isa, self.threads) == (&other.what, &other.isa, other.threads)
+    }
+
+    fn median(&self) -> u64 {
+        let mut times = self.cpu_ns.clone();
+        times.sort_unstable();
+        times.get(times.len() / 2).copied().unwrap_or_default()
+    }
+
+    /// The least and the greatest.
+    fn interval(&self) -> (f64, f64) {
+        let least = self.cpu_ns.iter().min().copied().unwrap_or_default();
+        (least as f64, self.cpu_ns.iter().max().copied().unwrap_or_default() as f64)
+    }
+
+    /// Whether this differs from what was `before`: the intervals of the repetitions lie apart, by
+    /// more than two runs of one program drift.
+    fn verdict(&self, before: &Figure) -> Verdict {
+        let ((least, most), (old_least, old_most)) = (self.interval(), before.interval());
+        if self.cpu_ns.len().min(before.cpu_ns.len()) < FEW {
+            Verdict::Unknown
+        } else if least > old_most * (1.0 + DRIFT) {
+            Verdict::Slower
+        } else if most * (1.0 + DRIFT) < old_least {
+            Verdict::Faster
+        } else {
+            Verdict::WithinNoise
+        }
+    }
+}
+
+/// Holds each figure against the one of the same thing before, if there is one.
+pub fn compare(now: &[Figure], before: &[Figure]) -> Vec<Comparison> {
+    let pairs = now.iter().filter_map(|n| Some((n, before.iter().find(|b| b.is_of_same(n))?)));
+    let compare = |(now, before): (&Figure, &Figure)| Comparison {
+        what: now.what.clone(),
+        isa: now.isa.clone(),
+        threads: now.threads,
+        before_ns: before.median(),
+        now_ns: now.median(),
+        ratio: now.median() as f64 / before.median().max(1) as f64,
+        verdict: now.verdict(before),
+    };
+    pairs.map(compare).collect()
+}
+
+/// A table for people.
+pub fn table(comparisons: &[Comparison]) -> String {
+    let mut text = String::from(
+        "\nagainst before   level    threads    before ms       now ms    ratio   beyond noise\n",
+    );
+    for c in comparisons {
+        let (before, now) = (c.before_ns as f64 * 1e-6, c.now_ns as f64 * 1e-6);
+        let verdict = match c.verdict {
+            Verdict::WithinNoise => "no",
+            Verdict::Faster => "yes, faster",
+            Verdict::Slower => "yes, slower",
+            Verdict::Unknown => "not known: fewer than 3 repetitions",
+        };
+        let _ = writeln!(
+            text,
+            "{:<16} {:<8} {:>7} {before:>12.3} {now:>12.3} {:>8.3}   {verdict}",
+            c.what, c.isa, c.threads, c.ratio
+        );
+    }
+    if comparisons.is_empty() {
+        text += "nothing that was measured now was measured before\n";
+    }
+    text
+}
+
+/// Reads the figures of an earlier run.
+///
+/// # Errors
+/// An input's.
+pub fn read(path: &Path) -> Result<Vec<Figure>, Failure> {
+    let fault = |what: String| Failure::new(Exit::Input, format!("{}: {what}", path.display()));
+    let text = std::fs::read(path).map_err(|e| fault(e.to_string()))?;
+    serde_json::from_slice(&text).map_err(|e| fault(format!("no figures of --save: {e}")))
+}
+
+/// Writes figures.
+///
+/// # Errors
+/// An output's.
+pub fn write(path: &Path, figures: &[Figure]) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(figures).expect("numbers and names") + "\n";
+    std::fs::write(path, text)
+        .map_err(|e| Failure::new(Exit::Output, format!("{}: {e}", path.display())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure(cpu_ns: &[u64]) -> Figure {
+        let cpu_ns = cpu_ns.to_vec();
+        Figure { what: "mirror".into(), isa: "avx2".into(), threads: 1, cpu_ns }
+    }
+
+    #[test]
+    fn only_what_lies_apart_exceeds_the_noise() {
+        let before = figure(&[1000, 1040, 1010, 1020, 990]);
+        for (now, verdict) in [
+            (&[1000, 1040, 1010, 1020, 990][..], Verdict::WithinNoise),
+            (&[1030, 1060, 1100, 1020, 1050], Verdict::WithinNoise),
+            // Apart, but by no more than runs drift.
+            (&[1050, 1080, 1060], Verdict::WithinNoise),
+            (&[1100, 1120, 1130], Verdict::Slower),
+            (&[900, 910, 920], Verdict::Faster),
+            // One that overlaps is enough for a doubt.
+            (&[1500, 1500, 1030, 1500], Verdict::WithinNoise),
+            (&[2000, 2000], Verdict::Unknown),
+            (&[], Verdict::Unknown),
+        ] {
+            assert_eq!(figure(now).verdict(&before), verdict, "{now:?}");
+        }
+    }
+
+    #[test]
+    fn like_is_compared_with_like() {
+        let before = [figure(&[1000, 1000, 1000])];
+        let mut other = figure(&[500, 500, 500]);
+        other.threads = 2;
+        let now = [other, figure(&[490, 500, 510])];
+        let compared = compare(&now, &before);
+        assert_eq!(compared.len(), 1);
+        assert_eq!((compared[0].ratio, compared[0].verdict), (0.5, Verdict::Faster));
+        assert!(table(&compared).contains("yes, faster"));
+        assert!(table(&[]).contains("nothing"));
+    }
+}
