@@ -62,7 +62,7 @@ pub enum Command {
     Check(ScriptArgs),
     /// Measure how fast rays are, a scene's or from files
     #[command(before_help = PROFILE_EXAMPLES, after_help = CODES)]
-    Profile(ProfileArgs),
+    Profile(Box<ProfileArgs>),
     /// Write a commented starter scene
     #[command(before_help = "Examples:\n  reflet new room           writes room.rhai")]
     New(NewArgs),
@@ -195,6 +195,21 @@ pub struct ProfileArgs {
     /// How often; the median counts
     #[arg(long, value_name = "N", default_value = "5")]
     pub repeat: NonZeroUsize,
+    /// Write the scene's primitives, and its rays by kind, as .npy files into a folder
+    #[arg(long, value_name = "DIR", conflicts_with = "rays")]
+    pub dump: Option<PathBuf>,
+    /// Write what each pixel costs, node visits and primitive tests, as a PNG with a legend
+    #[arg(long, value_name = "OUT.png", conflicts_with = "rays")]
+    pub heatmap: Option<PathBuf>,
+    /// Write stages and tiles on their threads as a timeline for ui.perfetto.dev
+    #[arg(long, value_name = "OUT.json", conflicts_with = "rays")]
+    pub trace: Option<PathBuf>,
+    /// Write the figures with all repetitions, for a later --against
+    #[arg(long, value_name = "FILE")]
+    pub save: Option<PathBuf>,
+    /// Compare with figures of --save: ratios, and whether they exceed the noise
+    #[arg(long, value_name = "FILE")]
+    pub against: Option<PathBuf>,
     /// Print one JSON object a measurement on stdout
     #[arg(long)]
     pub json: bool,

@@ -7,7 +7,7 @@ use crate::exit::Failure;
 use crate::frames::FrameRanges;
 use crate::profile::cast::Question;
 use crate::profile::inputs::Primitives;
-use crate::profile::{Profile, Subject};
+use crate::profile::{Outputs, Profile, Subject};
 use clap_complete::Shell;
 use reflet_accel::Isa;
 use reflet_film::{Compression, Target};
@@ -121,7 +121,7 @@ impl Meant {
     pub fn by(typed: Typed, console: &Console) -> Result<Self, Failure> {
         Ok(match typed.command {
             Command::Render(args) => Self::Render(render(args, console)?),
-            Command::Profile(args) => Self::Profile(profile(args, console)?),
+            Command::Profile(args) => Self::Profile(profile(*args, console)?),
             Command::Check(args) => Self::Check(script(args, console)),
             Command::Params(ParamsArgs { script: args, json }) => {
                 Self::Params(script(args, console), tell(json))
@@ -159,7 +159,8 @@ fn profile(args: ProfileArgs, console: &Console) -> Result<Profile, Failure> {
         (Some(path), _) => {
             let (set, max_operations) = (args.set, args.max_operations);
             let named = ScriptArgs { script: path, set, max_operations };
-            Subject::Scene(script(named, console), args.frame)
+            let outputs = Outputs { dump: args.dump, heatmap: args.heatmap, timeline: args.trace };
+            Subject::Scene(script(named, console), args.frame, outputs)
         }
         (None, Some(rays)) => {
             let primitives = match (args.spheres, args.mesh, args.verts, args.tris) {
@@ -178,6 +179,8 @@ fn profile(args: ProfileArgs, console: &Console) -> Result<Profile, Failure> {
         isas: args.isa.0,
         threads: args.threads.into_iter().map(NonZeroUsize::get).collect(),
         repeat: args.repeat.get(),
+        save: args.save,
+        against: args.against,
         tell: tell(args.json),
     })
 }

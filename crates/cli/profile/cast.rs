@@ -22,6 +22,8 @@ pub struct Cast {
     pub cpu: Vec<Duration>,
     /// Of each repetition: the time on the wall.
     pub wall: Vec<Duration>,
+    /// Before each repetition: the time of [`reference`].
+    pub reference: Vec<Duration>,
     answers: Vec<Answer>,
 }
 
@@ -34,6 +36,23 @@ pub fn pool(threads: usize) -> Result<ThreadPool, Failure> {
     pool.map_err(|e| Failure::new(Exit::Failed, format!("cannot start threads: {e}")))
 }
 
+/// The CPU time of a piece of work that is always the same, the mean of all threads at once: how
+/// quick the machine is just now. Clocks change, and other work shares cores.
+pub fn reference(pool: &ThreadPool) -> Duration {
+    let work = |_: rayon::BroadcastContext<'_>| {
+        let start = ThreadTime::now();
+        let mut column = [0.5f32; 2048];
+        for round in 0..256 {
+            let round = std::hint::black_box(round as f32);
+            column.iter_mut().for_each(|x| *x = (*x * 0.999 + round).sqrt());
+        }
+        std::hint::black_box(column);
+        start.elapsed()
+    };
+    let times = pool.broadcast(work);
+    times.iter().sum::<Duration>() / times.len().max(1) as u32
+}
+
 /// Casts `streams`, once to warm up and then `repeat` times.
 pub fn cast(
     accel: &Accel,
@@ -42,11 +61,13 @@ pub fn cast(
     question: Question,
     repeat: usize,
 ) -> Cast {
-    let mut cast = Cast { cpu: Vec::new(), wall: Vec::new(), answers: Vec::new() };
+    let mut cast =
+        Cast { cpu: Vec::new(), wall: Vec::new(), reference: Vec::new(), answers: Vec::new() };
     cast.answers.resize_with(streams.len(), Answer::default);
     // So few parts that their clocks do not count, and so many that no thread waits long.
     let part = streams.len().div_ceil(8 * pool.current_num_threads()).max(1);
     for round in 0..=repeat {
+        let reference = reference(pool);
         let start = Instant::now();
         let one = |scratch: &mut Scratch, (rays, answers): (&[Rays], &mut [Answer])| {
             let start = ThreadTime::now();
@@ -67,6 +88,7 @@ pub fn cast(
         if round > 0 {
             cast.cpu.push(cpu);
             cast.wall.push(start.elapsed());
+            cast.reference.push(reference);
         }
     }
     cast

@@ -48,7 +48,8 @@ pub fn primitives(geometry: &Geometry, dir: &Path, name: &str) -> Result<String,
     }
     for (count, what) in left_out.into_iter().zip(["infinite planes", "quads"]) {
         if count > 0 {
-            text += &format!("not in any file, for want of an array that holds them: {count} {what}\n");
+            text +=
+                &format!("not in any file, for want of an array that holds them: {count} {what}\n");
         }
     }
     Ok(text)
@@ -79,11 +80,7 @@ pub fn rays(
 
 /// The least `tmin` from which a ray that knows nothing of the surface `last` meets it where one
 /// that leaves it does.
-fn start(
-    geometry: &Geometry,
-    (o, d, mut t_min): ([f32; 3], [f32; 3], f32),
-    last: HitCode,
-) -> f32 {
+fn start(geometry: &Geometry, (o, d, mut t_min): ([f32; 3], [f32; 3], f32), last: HitCode) -> f32 {
     let Some(prim) = last.prim() else { return t_min };
     let t = |t_min, last| brute::hit(geometry, prim, (o, d, t_min), last).map(|hit| hit.0);
     let wanted = t(t_min, last);

@@ -17,6 +17,8 @@ pub struct Figure {
     pub threads: usize,
     /// The time of each repetition in nanoseconds, by the CPU clock of all threads.
     pub cpu_ns: Vec<u64>,
+    /// Before each of them, the time of the same reference work: how quick the machine was.
+    pub reference_ns: Vec<u64>,
 }
 
 /// Two measurements of one thing.
@@ -34,6 +36,8 @@ pub struct Comparison {
     pub now_ns: u64,
     /// Now in terms of before.
     pub ratio: f64,
+    /// The same of the reference work: above 1 if the machine is slower now.
+    pub reference_ratio: f64,
     /// Whether they differ.
     pub verdict: Verdict,
 }
@@ -61,36 +65,34 @@ const DRIFT: f64 = 0.05;
 
 impl Figure {
     /// A figure.
-    pub fn new(what: &str, isa: &str, threads: usize, cpu: &[Duration]) -> Figure {
-        let cpu_ns = cpu.iter().map(|t| t.as_nanos() as u64).collect();
-        Figure { what: what.into(), isa: isa.into(), threads, cpu_ns }
+    pub fn new(
+        what: &str,
+        (isa, threads): (&str, usize),
+        cpu: &[Duration],
+        reference: &[Duration],
+    ) -> Figure {
+        let ns = |times: &[Duration]| times.iter().map(|t| t.as_nanos() as u64).collect();
+        let (cpu_ns, reference_ns) = (ns(cpu), ns(reference));
+        Figure { what: what.into(), isa: isa.into(), threads, cpu_ns, reference_ns }
     }
 
     fn is_of_same(&self, other: &Figure) -> bool {
         (&self.what, &self.isa, self.threads) == (&other.what, &other.isa, other.threads)
     }
 
-    fn median(&self) -> u64 {
-        let mut times = self.cpu_ns.clone();
-        times.sort_unstable();
-        times.get(times.len() / 2).copied().unwrap_or_default()
-    }
-
-    /// The least and the greatest.
-    fn interval(&self) -> (f64, f64) {
-        let least = self.cpu_ns.iter().min().copied().unwrap_or_default();
-        (least as f64, self.cpu_ns.iter().max().copied().unwrap_or_default() as f64)
-    }
-
     /// Whether this differs from what was `before`: the intervals of the repetitions lie apart, by
-    /// more than two runs of one program drift.
+    /// more than two runs of one program drift, and by more than the machine itself may have become
+    /// slower or quicker.
     fn verdict(&self, before: &Figure) -> Verdict {
-        let ((least, most), (old_least, old_most)) = (self.interval(), before.interval());
+        let ((least, most), (old_least, old_most)) =
+            (interval(&self.cpu_ns), interval(&before.cpu_ns));
+        let (now, then) = (interval(&self.reference_ns), interval(&before.reference_ns));
+        let at_most = |now: f64, then: f64| (now / then.max(1.0)).max(1.0) * (1.0 + DRIFT);
         if self.cpu_ns.len().min(before.cpu_ns.len()) < FEW {
             Verdict::Unknown
-        } else if least > old_most * (1.0 + DRIFT) {
+        } else if least > old_most * at_most(now.1, then.0) {
             Verdict::Slower
-        } else if most * (1.0 + DRIFT) < old_least {
+        } else if most * at_most(then.1, now.0) < old_least {
             Verdict::Faster
         } else {
             Verdict::WithinNoise
@@ -98,16 +100,30 @@ impl Figure {
     }
 }
 
+fn median(times: &[u64]) -> u64 {
+    let mut times = times.to_vec();
+    times.sort_unstable();
+    times.get(times.len() / 2).copied().unwrap_or_default()
+}
+
+/// The least and the greatest.
+fn interval(times: &[u64]) -> (f64, f64) {
+    let least = times.iter().min().copied().unwrap_or_default();
+    (least as f64, times.iter().max().copied().unwrap_or_default() as f64)
+}
+
 /// Holds each figure against the one of the same thing before, if there is one.
 pub fn compare(now: &[Figure], before: &[Figure]) -> Vec<Comparison> {
     let pairs = now.iter().filter_map(|n| Some((n, before.iter().find(|b| b.is_of_same(n))?)));
+    let ratio = |now: &[u64], before: &[u64]| median(now) as f64 / median(before).max(1) as f64;
     let compare = |(now, before): (&Figure, &Figure)| Comparison {
         what: now.what.clone(),
         isa: now.isa.clone(),
         threads: now.threads,
-        before_ns: before.median(),
-        now_ns: now.median(),
-        ratio: now.median() as f64 / before.median().max(1) as f64,
+        before_ns: median(&before.cpu_ns),
+        now_ns: median(&now.cpu_ns),
+        ratio: ratio(&now.cpu_ns, &before.cpu_ns),
+        reference_ratio: ratio(&now.reference_ns, &before.reference_ns),
         verdict: now.verdict(before),
     };
     pairs.map(compare).collect()
@@ -116,7 +132,7 @@ pub fn compare(now: &[Figure], before: &[Figure]) -> Vec<Comparison> {
 /// A table for people.
 pub fn table(comparisons: &[Comparison]) -> String {
     let mut text = String::from(
-        "\nagainst before   level    threads    before ms       now ms    ratio   beyond noise\n",
+        "\nagainst before   level    threads    before ms       now ms    ratio   machine   beyond noise\n",
     );
     for c in comparisons {
         let (before, now) = (c.before_ns as f64 * 1e-6, c.now_ns as f64 * 1e-6);
@@ -128,8 +144,8 @@ pub fn table(comparisons: &[Comparison]) -> String {
         };
         let _ = writeln!(
             text,
-            "{:<16} {:<8} {:>7} {before:>12.3} {now:>12.3} {:>8.3}   {verdict}",
-            c.what, c.isa, c.threads, c.ratio
+            "{:<16} {:<8} {:>7} {before:>12.3} {now:>12.3} {:>8.3} {:>9.3}   {verdict}",
+            c.what, c.isa, c.threads, c.ratio, c.reference_ratio
         );
     }
     if comparisons.is_empty() {
@@ -163,8 +179,8 @@ mod tests {
     use super::*;
 
     fn figure(cpu_ns: &[u64]) -> Figure {
-        let cpu_ns = cpu_ns.to_vec();
-        Figure { what: "mirror".into(), isa: "avx2".into(), threads: 1, cpu_ns }
+        let (cpu_ns, reference_ns) = (cpu_ns.to_vec(), vec![500; cpu_ns.len()]);
+        Figure { what: "mirror".into(), isa: "avx2".into(), threads: 1, cpu_ns, reference_ns }
     }
 
     #[test]
@@ -184,6 +200,19 @@ mod tests {
         ] {
             assert_eq!(figure(now).verdict(&before), verdict, "{now:?}");
         }
+    }
+
+    #[test]
+    fn what_the_machine_itself_may_explain_is_noise() {
+        let before = figure(&[1000, 1040, 1010]);
+        let mut now = figure(&[1400, 1410, 1450]);
+        assert_eq!(now.verdict(&before), Verdict::Slower);
+        now.reference_ns = vec![600, 690, 700];
+        assert_eq!(now.verdict(&before), Verdict::WithinNoise);
+        assert_eq!(before.verdict(&now), Verdict::WithinNoise);
+        // A machine that is quicker now explains nothing of a longer time.
+        now.reference_ns = vec![300, 310, 320];
+        assert_eq!(now.verdict(&before), Verdict::Slower);
     }
 
     #[test]

@@ -6,21 +6,36 @@
 //! | [`inputs`] | primitives and rays from files |
 //! | [`cast`] | rays cast at primitives |
 //! | [`scene`] | one frame of a scene |
+//! | [`passes`] | the two passes of a frame |
+//! | [`counted`] | what rays take, counted |
+//! | [`reuse`] | what the frame before saves |
+//! | [`dump`] | a scene's primitives and rays as files |
+//! | [`heatmap`] | what each pixel costs, as a picture |
+//! | [`timeline`] | stages and tiles on their threads |
+//! | [`figures`] | figures kept, and compared |
 //! | [`report`] | what is told |
 
 pub mod cast;
+pub mod counted;
+pub mod dump;
+pub mod figures;
+pub mod heatmap;
 pub mod inputs;
 pub mod npy;
+pub mod passes;
 mod report;
+pub mod reuse;
 pub mod scene;
+pub mod timeline;
 
 use crate::console::print;
 use crate::exit::Failure;
 use crate::meant::{Script, Tell};
 use cast::Question;
+use figures::{Comparison, Figure};
 use inputs::Primitives;
 use reflet_accel::{Accel, Isa, Rays, Structure};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// What is measured.
@@ -37,7 +52,18 @@ pub enum Subject {
         hits: Option<PathBuf>,
     },
     /// A frame of a scene.
-    Scene(Script, u32),
+    Scene(Script, u32, Outputs),
+}
+
+/// What of a scene is written beside the measurement, at the first of the levels and numbers of
+/// threads.
+pub struct Outputs {
+    /// The folder that primitives and rays go to.
+    pub dump: Option<PathBuf>,
+    /// A picture of what each pixel costs.
+    pub heatmap: Option<PathBuf>,
+    /// A timeline.
+    pub timeline: Option<PathBuf>,
 }
 
 /// What is measured, and how.
@@ -50,6 +76,10 @@ pub struct Profile {
     pub threads: Vec<usize>,
     /// How often.
     pub repeat: usize,
+    /// Where figures are kept.
+    pub save: Option<PathBuf>,
+    /// Figures of an earlier run.
+    pub against: Option<PathBuf>,
     /// Whom the result is told to.
     pub tell: Tell,
 }
@@ -59,23 +89,34 @@ pub struct Profile {
 /// # Errors
 /// Inputs that cannot be read, an output that cannot be written, levels that this machine lacks.
 pub fn run(profile: &Profile) -> Result<(), Failure> {
+    let before = profile.against.as_deref().map(figures::read).transpose()?;
+    let mut book = Book { before, now: Vec::new() };
     match &profile.subject {
         Subject::Files { primitives, rays, question, hits } => {
-            files(profile, primitives, rays, *question, hits.as_ref())
+            files(profile, primitives, rays, *question, hits.as_ref(), &mut book)?;
         }
-        Subject::Scene(script, frame) => {
-            let frame = scene::load(script, *frame)?;
-            if profile.tell == Tell::People {
-                print(report::stages(&frame))?;
-            }
-            profile.each(|isa, threads| {
-                let measured = frame.measure(isa, threads, profile.repeat)?;
-                print(match profile.tell {
-                    Tell::Programs => report::scene_line(&frame, &measured),
-                    Tell::People => report::scene_table(&frame, &measured),
-                })
-            })
+        Subject::Scene(script, frame, outputs) => {
+            scene(profile, script, *frame, outputs, &mut book)?;
         }
+    }
+    if let (Some(before), Tell::People) = (&book.before, profile.tell) {
+        print(figures::table(&figures::compare(&book.now, before)))?;
+    }
+    profile.save.as_deref().map_or(Ok(()), |path| figures::write(path, &book.now))
+}
+
+/// Figures of now, and of an earlier run.
+struct Book {
+    before: Option<Vec<Figure>>,
+    now: Vec<Figure>,
+}
+
+impl Book {
+    /// Takes figures, and holds them against those of before, if there are any.
+    fn enter(&mut self, figures: Vec<Figure>) -> Option<Vec<Comparison>> {
+        let compared = self.before.as_ref().map(|before| figures::compare(&figures, before));
+        self.now.extend(figures);
+        compared
     }
 }
 
@@ -87,12 +128,43 @@ impl Profile {
     }
 }
 
+fn scene(
+    profile: &Profile,
+    script: &Script,
+    frame: u32,
+    outputs: &Outputs,
+    book: &mut Book,
+) -> Result<(), Failure> {
+    let frame = scene::load(script, frame)?;
+    if let (Some(isa), Some(threads)) = (profile.isas.first(), profile.threads.first()) {
+        let name = script.path.file_stem().unwrap_or_default().to_string_lossy();
+        let text = frame.write(outputs, &name, *isa, *threads)?;
+        if profile.tell == Tell::People {
+            print(text)?;
+        }
+    }
+    if profile.tell == Tell::People {
+        print(report::stages(&frame))?;
+    }
+    profile.each(|isa, threads| {
+        let measured = frame.measure(isa, threads, profile.repeat)?;
+        let compared = book.enter(measured.figures());
+        print(match profile.tell {
+            Tell::Programs => {
+                report::line(report::scene_object(&frame, &measured), compared.as_deref())
+            }
+            Tell::People => report::scene_table(&frame, &measured),
+        })
+    })
+}
+
 fn files(
     profile: &Profile,
     primitives: &Primitives,
-    rays: &std::path::Path,
+    rays: &Path,
     question: Question,
     hits: Option<&PathBuf>,
+    book: &mut Book,
 ) -> Result<(), Failure> {
     let geometry = primitives.read()?;
     let most = profile.threads.iter().max().copied().unwrap_or(1);
@@ -125,8 +197,11 @@ fn files(
             sah_cost: accel.sah_cost(),
             ..report::Line::of(count, &done)
         };
+        let figure =
+            Figure::new("rays", (isa.resolved().name(), threads), &done.cpu, &done.reference);
+        let compared = book.enter(vec![figure]);
         print(match profile.tell {
-            Tell::Programs => report::files_line(&line),
+            Tell::Programs => report::line(&line, compared.as_deref()),
             Tell::People => report::files_row(&line),
         })
     })

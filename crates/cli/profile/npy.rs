@@ -15,6 +15,8 @@ pub trait Number: Copy {
     const NAME: &'static str;
     /// The number that four bytes hold.
     fn of(bytes: [u8; 4]) -> Self;
+    /// Its four bytes.
+    fn bytes(self) -> [u8; 4];
 }
 
 impl Number for f32 {
@@ -22,12 +24,18 @@ impl Number for f32 {
     fn of(bytes: [u8; 4]) -> f32 {
         f32::from_le_bytes(bytes)
     }
+    fn bytes(self) -> [u8; 4] {
+        self.to_le_bytes()
+    }
 }
 
 impl Number for u32 {
     const NAME: &'static str = "u4";
     fn of(bytes: [u8; 4]) -> u32 {
         u32::from_le_bytes(bytes)
+    }
+    fn bytes(self) -> [u8; 4] {
+        self.to_le_bytes()
     }
 }
 
@@ -101,6 +109,18 @@ fn value<'a>(header: &'a str, key: &str) -> Option<&'a str> {
         _ => rest.find([',', '}'])?,
     };
     Some(rest[..end].trim())
+}
+
+/// Writes an array of the shape (n, `WIDTH`).
+///
+/// # Errors
+/// An output's.
+pub fn write_rows<T: Number, const WIDTH: usize>(
+    path: &Path,
+    rows: &[[T; WIDTH]],
+) -> Result<(), Failure> {
+    let data: Vec<u8> = rows.as_flattened().iter().flat_map(|x| x.bytes()).collect();
+    write(path, &format!("'<{}'", T::NAME), &format!("({}, {WIDTH})", rows.len()), &data)
 }
 
 /// Writes an array.

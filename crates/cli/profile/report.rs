@@ -1,8 +1,11 @@
 //! What is told: lines for people, an object a line for programs.
 
 use crate::profile::cast::{self, Cast};
-use crate::profile::scene::{Frame, Measured};
+use crate::profile::counted::Spread;
+use crate::profile::figures::Comparison;
+use crate::profile::scene::{Frame, Kind, Measured};
 use serde::Serialize;
+use serde_json::{Value, json};
 use std::fmt::Write;
 use std::time::Duration;
 
@@ -50,13 +53,21 @@ pub fn files_row(l: &Line) -> String {
     )
 }
 
-/// A line for programs.
-pub fn files_line(line: &Line) -> String {
-    serde_json::to_string(line).expect("numbers and names") + "\n"
+/// A line for programs; with comparisons, if there is something to compare with.
+pub fn line(what: impl Serialize, compared: Option<&[Comparison]>) -> String {
+    let mut line = serde_json::to_value(what).expect("numbers and names");
+    if let Some(compared) = compared {
+        line["against"] = json!(compared);
+    }
+    format!("{line}\n")
 }
 
 fn ms(time: Duration) -> f64 {
     time.as_secs_f64() * 1e3
+}
+
+fn median_ms(times: &[Duration]) -> f64 {
+    ms(cast::median(times))
 }
 
 /// The stages before the tree.
@@ -66,6 +77,12 @@ pub fn stages(frame: &Frame) -> String {
         let _ = writeln!(text, "{name:<16} {:>10.3} ms", ms(*time));
     }
     text
+}
+
+impl Kind {
+    fn per_ray(&self, count: u64) -> f64 {
+        count as f64 / self.rays.max(1) as f64
+    }
 }
 
 /// A scene for people.
@@ -79,50 +96,98 @@ pub fn scene_table(frame: &Frame, m: &Measured) -> String {
         frame.primitives(),
         m.sah_cost
     );
-    let both = (m.trace + m.shade).as_secs_f64().max(1e-9);
-    let share = |time: Duration| 100.0 * time.as_secs_f64() / both;
-    let _ =
-        writeln!(text, "trace and shade  {:>10.3} ms on the wall; by the CPU clock:", ms(m.wall));
-    let _ = writeln!(text, "  trace          {:>10.3} ms {:>5.1} %", ms(m.trace), share(m.trace));
+    let [trace, shade] = [&m.trace, &m.shade].map(|times| median_ms(times));
+    let share = |ms: f64| 100.0 * ms / (trace + shade).max(1e-6);
+    let wall = median_ms(&m.wall);
+    let _ = writeln!(text, "trace and shade  {wall:>10.3} ms on the wall; by the CPU clock:");
+    let _ = writeln!(text, "  trace          {trace:>10.3} ms {:>5.1} %", share(trace));
     for kind in &m.kinds {
+        let (cpu, wall) = (cast::median(&kind.cpu), cast::median(&kind.wall));
         let _ = writeln!(
             text,
             "    {:<12} {:>10.3} ms {:>5.1} %   {:>9} rays, {:>9} hit, {:>7.2} Mrays/s a core, {:>7.2} in all, {:>6.1} ns each",
             kind.name,
-            ms(kind.cpu),
-            share(kind.cpu),
+            ms(cpu),
+            share(ms(cpu)),
             kind.rays,
             kind.hits,
-            cast::speed(kind.rays, kind.cpu),
-            cast::speed(kind.rays, kind.wall),
-            kind.cpu.as_nanos() as f64 / kind.rays.max(1) as f64
+            cast::speed(kind.rays, cpu),
+            cast::speed(kind.rays, wall),
+            kind.per_ray(cpu.as_nanos() as u64)
         );
     }
     let rays: usize = m.kinds.iter().map(|k| k.rays).sum();
-    let cast: Duration = m.kinds.iter().map(|k| k.cpu).sum();
-    let rest = m.trace.saturating_sub(cast);
+    let cast: f64 = m.kinds.iter().map(|k| median_ms(&k.cpu)).sum();
+    let rest = (trace - cast).max(0.0);
     let _ = writeln!(
         text,
-        "    beside rays  {:>10.3} ms {:>5.1} %   {:.1} ns a ray",
-        ms(rest),
+        "    beside rays  {rest:>10.3} ms {:>5.1} %   {:.1} ns a ray",
         share(rest),
-        rest.as_nanos() as f64 / rays.max(1) as f64
+        rest * 1e6 / rays.max(1) as f64
     );
-    let _ = writeln!(text, "  shade          {:>10.3} ms {:>5.1} %", ms(m.shade), share(m.shade));
+    let _ = writeln!(text, "  shade          {shade:>10.3} ms {:>5.1} %", share(shade));
+    text += &counts(m);
+    if let Some(saved) = &m.saved {
+        let (fresh, kept) = (saved.fresh, saved.kept);
+        let _ = writeln!(
+            text,
+            "re-use           {:>10.3} ms on the wall and {} rays after the frame before; {:.3} ms and {} rays from nothing",
+            ms(kept.wall),
+            kept.rays,
+            ms(fresh.wall),
+            fresh.rays
+        );
+        if let Some(why) = saved.why {
+            let _ = writeln!(text, "                 nothing was kept: {why}");
+        }
+    }
     text
 }
 
+/// What was counted, for people.
+fn counts(m: &Measured) -> String {
+    let mut text =
+        String::from("a ray              node visits   primitive tests   lanes in use\n");
+    for kind in m.kinds.iter().filter(|kind| kind.rays > 0) {
+        let _ = writeln!(
+            text,
+            "    {:<12} {:>13.2} {:>17.2} {:>12.1} %",
+            kind.name,
+            kind.per_ray(kind.work.nodes),
+            kind.per_ray(kind.work.tests),
+            100.0 * kind.work.occupancy()
+        );
+    }
+    text += "over tiles                 p50          p95          max\n";
+    for (name, spread) in
+        [("rays", m.tile_rays), ("visits, tests", m.tile_steps), ("CPU us", m.tile_us)]
+    {
+        let Spread { p50, p95, max } = spread;
+        let _ = writeln!(text, "    {name:<13} {p50:>12.1} {p95:>12.1} {max:>12.1}");
+    }
+    text
+}
+
+fn spread(s: Spread) -> Value {
+    json!({ "p50": s.p50, "p95": s.p95, "max": s.max })
+}
+
 /// A scene for programs.
-pub fn scene_line(frame: &Frame, m: &Measured) -> String {
+pub fn scene_object(frame: &Frame, m: &Measured) -> Value {
     let mut stages = serde_json::Map::new();
     for (name, time) in &frame.stages {
-        stages.insert(name.replace(", ", "_") + "_ms", ms(*time).into());
+        stages.insert(name.replace(", ", "_").replace(' ', "_") + "_ms", ms(*time).into());
     }
-    let by_kind = |value: &dyn Fn(&crate::profile::scene::Kind) -> serde_json::Value| {
+    let by_kind = |value: &dyn Fn(&Kind) -> Value| {
         let pairs = m.kinds.iter().map(|k| (k.name.to_owned(), value(k)));
         pairs.collect::<serde_json::Map<_, _>>()
     };
-    let line = serde_json::json!({
+    let reuse = m.saved.map(|saved| {
+        let way =
+            |way: crate::profile::reuse::Way| json!({ "wall_ms": ms(way.wall), "rays": way.rays });
+        json!({ "fresh": way(saved.fresh), "kept": way(saved.kept), "nothing_kept": saved.why })
+    });
+    json!({
         "isa": m.isa,
         "threads": m.threads,
         "primitives": frame.primitives(),
@@ -130,14 +195,22 @@ pub fn scene_line(frame: &Frame, m: &Measured) -> String {
         "sah_cost": m.sah_cost,
         "stages": stages,
         "build_ms": ms(m.build),
-        "trace_cpu_ms": ms(m.trace),
-        "shade_cpu_ms": ms(m.shade),
-        "wall_ms": ms(m.wall),
+        "trace_cpu_ms": median_ms(&m.trace),
+        "shade_cpu_ms": median_ms(&m.shade),
+        "wall_ms": median_ms(&m.wall),
         "rays": by_kind(&|k| k.rays.into()),
         "hits": by_kind(&|k| k.hits.into()),
-        "cpu_ms": by_kind(&|k| ms(k.cpu).into()),
-        "mrays_per_s_per_core": by_kind(&|k| cast::speed(k.rays, k.cpu).into()),
-        "mrays_per_s": by_kind(&|k| cast::speed(k.rays, k.wall).into()),
-    });
-    format!("{line}\n")
+        "cpu_ms": by_kind(&|k| median_ms(&k.cpu).into()),
+        "mrays_per_s_per_core": by_kind(&|k| cast::speed(k.rays, cast::median(&k.cpu)).into()),
+        "mrays_per_s": by_kind(&|k| cast::speed(k.rays, cast::median(&k.wall)).into()),
+        "node_visits_per_ray": by_kind(&|k| k.per_ray(k.work.nodes).into()),
+        "primitive_tests_per_ray": by_kind(&|k| k.per_ray(k.work.tests).into()),
+        "lane_occupancy": by_kind(&|k| k.work.occupancy().into()),
+        "tiles": {
+            "rays": spread(m.tile_rays),
+            "steps": spread(m.tile_steps),
+            "cpu_us": spread(m.tile_us),
+        },
+        "reuse": reuse,
+    })
 }

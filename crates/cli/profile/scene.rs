@@ -8,43 +8,58 @@ use crate::exit::{Exit, Failure};
 use crate::frames::FrameRanges;
 use crate::meant::Script;
 use crate::profile::cast::{self, Question};
+use crate::profile::counted::{self, Spread};
+use crate::profile::figures::Figure;
+use crate::profile::passes::{Pass, Passes, Worker};
+use crate::profile::timeline::Timeline;
+use crate::profile::{Outputs, dump, heatmap, reuse};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
-use reflet_accel::{Accel, Isa, Rays, Structure};
-use reflet_frame::EngineOptions;
-use reflet_pack::{Columns, Overrides, Packer};
-use reflet_trace::{
-    BatchColours, Grid, Points, Recorded, ShadeScratch, Shader, TraceScratch, Tracer, Trees,
-};
+use reflet_accel::{Accel, Isa, Rays, Structure, Work};
+use reflet_pack::{Changes, Columns, Overrides, Packer};
+use reflet_trace::BatchColours;
 use std::time::{Duration, Instant};
 
 /// A frame, packed, and how long that took.
 pub struct Frame {
-    columns: Columns,
+    /// The frame's columns.
+    pub columns: Columns,
+    /// The columns of the frame before, if there is one, and what has changed since.
+    pub before: Option<(Columns, Changes)>,
     /// The stages before the tree: their names and times.
     pub stages: Vec<(&'static str, Duration)>,
 }
 
-/// What is measured at one level on some threads; times are medians.
+/// What is measured at one level on some threads; times are of each repetition.
 pub struct Measured {
     /// The level's name.
     pub isa: &'static str,
     /// How many threads.
     pub threads: usize,
-    /// Building the tree, on the wall.
+    /// Building the tree, on the wall, once.
     pub build: Duration,
     /// Bytes of it.
     pub bytes: usize,
     /// The expected cost of a random ray in it.
     pub sah_cost: f32,
     /// The first pass, CPU time of all threads.
-    pub trace: Duration,
+    pub trace: Vec<Duration>,
     /// The second, likewise.
-    pub shade: Duration,
+    pub shade: Vec<Duration>,
     /// Both, on the wall.
-    pub wall: Duration,
+    pub wall: Vec<Duration>,
+    /// Before each repetition: the time of [`cast::reference`].
+    pub reference: Vec<Duration>,
     /// Camera, mirror and shadow rays.
     pub kinds: [Kind; 3],
+    /// How tiles differ: rays.
+    pub tile_rays: Spread,
+    /// Node visits and primitive tests.
+    pub tile_steps: Spread,
+    /// Microseconds of CPU time, both passes.
+    pub tile_us: Spread,
+    /// What re-use saves, if there is a frame before.
+    pub saved: Option<reuse::Saved>,
 }
 
 /// Rays of one kind.
@@ -56,9 +71,13 @@ pub struct Kind {
     /// How many of them hit.
     pub hits: usize,
     /// What they took, CPU time of all threads.
-    pub cpu: Duration,
+    pub cpu: Vec<Duration>,
     /// The same on the wall.
-    pub wall: Duration,
+    pub wall: Vec<Duration>,
+    /// Before each repetition: the time of [`cast::reference`].
+    pub reference: Vec<Duration>,
+    /// Node visits and primitive tests.
+    pub work: Work,
 }
 
 /// Runs a script as far as a frame.
@@ -78,19 +97,19 @@ pub fn load(script: &Script, frame: u32) -> Result<Frame, Failure> {
     let packer = stage.with_scene(|scene| Packer::new(scene, Overrides::default()));
     let mut packer = packer.map_err(|e| Failure::new(Exit::Script, e.to_string()))?;
     lap("pack");
+    let mut earlier = None;
+    if let Some(before) = frame.checked_sub(1) {
+        stage.frame(before)?;
+        stage.with_scene(|scene| packer.update(scene));
+        earlier = Some(packer.columns().clone());
+        lap("frame before");
+    }
     stage.frame(frame)?;
     lap("script, frame");
-    stage.with_scene(|scene| packer.update(scene));
+    let changes = stage.with_scene(|scene| packer.update(scene));
     lap("pack, frame");
-    Ok(Frame { columns: packer.columns().clone(), stages })
-}
-
-/// Memory of a thread.
-#[derive(Default)]
-struct Worker {
-    trace: TraceScratch,
-    trees: Trees,
-    shade: ShadeScratch,
+    let before = earlier.map(|columns| (columns, changes));
+    Ok(Frame { columns: packer.columns().clone(), before, stages })
 }
 
 impl Frame {
@@ -99,67 +118,59 @@ impl Frame {
         self.columns.geometry.len()
     }
 
+    fn accel(&self, isa: Isa) -> Result<Accel, Failure> {
+        let level = isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
+        Ok(Accel::build(&self.columns.geometry, level, Structure::Auto))
+    }
+
     /// Makes the frame's colours `repeat` times, and casts its rays by kind as often.
     ///
     /// # Errors
     /// The threads cannot be had, or the machine lacks the instructions.
     pub fn measure(&self, isa: Isa, threads: usize, repeat: usize) -> Result<Measured, Failure> {
-        let columns = &self.columns;
-        let level = isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
         let pool = cast::pool(threads)?;
         let start = Instant::now();
-        let build = || Accel::build(&columns.geometry, level, Structure::Auto);
-        let accel = pool.install(build);
+        let accel = pool.install(|| self.accel(isa))?;
         let build = start.elapsed();
-        let tracer = Tracer { columns, accel: &accel, points: Points::Dropped };
-        let colours = BatchColours::of(columns);
-        let shader = Shader::new(columns, &colours, level);
-        let edge = EngineOptions::default().tile;
-        let grid = Grid::new(columns.view.size, edge, columns.model.max_bounces);
+        let colours = BatchColours::of(&self.columns);
+        let passes = Passes::new(&self.columns, &accel, &colours, accel.level());
         let tile = |worker: &mut Worker, tile: usize| {
-            let mut times = [Duration::ZERO; 2];
-            let rect = grid.rect(tile);
-            shader.begin(&mut worker.shade);
-            for sample in 0..columns.samples {
-                let start = ThreadTime::now();
-                tracer.grow(rect, sample, &mut worker.trees, &mut worker.trace);
-                times[0] += start.elapsed();
-                let start = ThreadTime::now();
-                shader.add(&worker.trees, &mut worker.shade);
-                times[1] += start.elapsed();
-            }
-            let start = ThreadTime::now();
-            std::hint::black_box(shader.finish(0, (rect, grid.edge), &mut worker.shade));
-            times[1] += start.elapsed();
+            let (mut times, mut start) = ([Duration::ZERO; 2], ThreadTime::now());
+            passes.make(worker, tile, |pass| {
+                let part = &mut times[if pass == Pass::Trace { 0 } else { 1 }];
+                *part += start.elapsed();
+                start = ThreadTime::now();
+            });
             times
         };
-        let all = || {
-            let tiles = (0..grid.len()).into_par_iter();
-            let times = tiles.map_init(Worker::default, tile);
-            times.reduce(|| [Duration::ZERO; 2], |a, b| [a[0] + b[0], a[1] + b[1]])
+        let all = || -> Vec<[Duration; 2]> {
+            let tiles = (0..passes.grid.len()).into_par_iter();
+            tiles.map_init(Worker::default, tile).collect()
         };
         let (mut trace, mut shade, mut wall) = (Vec::new(), Vec::new(), Vec::new());
+        let mut reference = Vec::new();
+        let mut tiles = vec![Vec::new(); passes.grid.len()];
         for round in 0..=repeat {
+            let quick = cast::reference(&pool);
             let start = Instant::now();
             let times = pool.install(all);
             // The first round finds its memory.
             if round > 0 {
-                trace.push(times[0]);
-                shade.push(times[1]);
                 wall.push(start.elapsed());
+                reference.push(quick);
+                trace.push(times.iter().map(|t| t[0]).sum());
+                shade.push(times.iter().map(|t| t[1]).sum());
+                tiles.iter_mut().zip(times).for_each(|(all, t)| all.push(t[0] + t[1]));
             }
         }
-        let mut worker = Worker::default();
-        worker.trace.record = Some(Recorded::default());
-        (0..grid.len()).for_each(|i| {
-            tile(&mut worker, i);
-        });
-        let recorded = worker.trace.record.unwrap_or_default();
-        let kind = |name, streams: &[Rays], question| {
+        let tile_times: Vec<_> = tiles.iter().map(|times| cast::median(times)).collect();
+        let counts = pool.install(|| counted::tiles(&passes, &accel));
+        let kind = |k: usize, name, streams: &[Rays], question| {
             let cast = cast::cast(&accel, &pool, streams, question, repeat);
             let rays = streams.iter().map(Rays::len).sum();
-            let (cpu, wall) = (cast::median(&cast.cpu), cast::median(&cast.wall));
-            Kind { name, rays, hits: cast.hits(streams), cpu, wall }
+            let (hits, work) = (cast.hits(streams), counts.work[k]);
+            let cast::Cast { cpu, wall, reference, .. } = cast;
+            Kind { name, rays, hits, cpu, wall, reference, work }
         };
         Ok(Measured {
             isa: isa.resolved().name(),
@@ -167,14 +178,87 @@ impl Frame {
             build,
             bytes: accel.bytes(),
             sah_cost: accel.sah_cost(),
-            trace: cast::median(&trace),
-            shade: cast::median(&shade),
-            wall: cast::median(&wall),
+            trace,
+            shade,
+            wall,
+            reference,
             kinds: [
-                kind("camera", &recorded.camera, Question::Closest),
-                kind("mirror", &recorded.mirror, Question::Closest),
-                kind("shadow", &recorded.shadow, Question::Any),
+                kind(0, "camera", &counts.recorded.camera, Question::Closest),
+                kind(1, "mirror", &counts.recorded.mirror, Question::Closest),
+                kind(2, "shadow", &counts.recorded.shadow, Question::Any),
             ],
+            tile_rays: Spread::of_counts(&counts.tile_rays),
+            tile_steps: Spread::of_counts(&counts.tile_steps),
+            tile_us: Spread::of_times(&tile_times),
+            saved: reuse::measure(self, isa, threads, repeat)?,
         })
+    }
+
+    /// Writes what is asked for beside the measurement, and says what.
+    ///
+    /// # Errors
+    /// An output's; the threads cannot be had, or the machine lacks the instructions.
+    pub fn write(
+        &self,
+        outputs: &Outputs,
+        name: &str,
+        isa: Isa,
+        threads: usize,
+    ) -> Result<String, Failure> {
+        let mut text = String::new();
+        if outputs.dump.is_none() && outputs.heatmap.is_none() && outputs.timeline.is_none() {
+            return Ok(text);
+        }
+        let pool = cast::pool(threads)?;
+        let start = Instant::now();
+        let accel = pool.install(|| self.accel(isa))?;
+        let build = start.elapsed();
+        let colours = BatchColours::of(&self.columns);
+        let passes = Passes::new(&self.columns, &accel, &colours, accel.level());
+        if let Some(path) = &outputs.timeline {
+            let mut timeline = Timeline::default();
+            self.stages.iter().for_each(|(name, time)| timeline.stage(name, *time));
+            timeline.stage("build", build);
+            timeline.tiles(&passes, &pool);
+            timeline.write(path)?;
+        }
+        if let Some(path) = &outputs.heatmap {
+            let costs = pool.install(|| counted::pixels(&passes, &accel));
+            heatmap::write(path, &costs, passes.grid.size[0])?;
+            let Spread { p50, p95, max } = Spread::of_counts(&costs);
+            text += &format!(
+                "{}: node visits and primitive tests of each pixel's rays alone; \
+                 p50 {p50}, p95 {p95}, max {max}\n",
+                path.display()
+            );
+        }
+        if let Some(dir) = &outputs.dump {
+            let geometry = &self.columns.geometry;
+            text += &dump::primitives(geometry, dir, name)?;
+            let recorded = pool.install(|| counted::tiles(&passes, &accel)).recorded;
+            for (kind, streams) in [
+                ("camera", &recorded.camera),
+                ("mirror", &recorded.mirror),
+                ("shadow", &recorded.shadow),
+            ] {
+                text += &dump::rays(geometry, streams, dir, (name, kind))?;
+            }
+        }
+        Ok(text)
+    }
+}
+
+impl Measured {
+    /// What `--save` keeps.
+    pub fn figures(&self) -> Vec<Figure> {
+        let figure = |what: &str, cpu: &[Duration], reference: &[Duration]| {
+            Figure::new(what, (self.isa, self.threads), cpu, reference)
+        };
+        let passes = [("trace", &self.trace), ("shade", &self.shade)];
+        let passes = passes.map(|(what, cpu)| figure(what, cpu, &self.reference));
+        // Of rays that there are none of, nothing is to be compared.
+        let kinds = self.kinds.iter().filter(|kind| kind.rays > 0);
+        let kinds = kinds.map(|kind| figure(kind.name, &kind.cpu, &kind.reference));
+        passes.into_iter().chain(kinds).collect()
     }
 }
