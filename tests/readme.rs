@@ -175,4 +175,9 @@ fn every_command_and_option_is_listed() {
     for option in options.iter().filter(|o| !["--help", "--output"].contains(&o.as_str())) {
         assert!(text.contains(&format!("| `{option}")), "README.md lacks {option}");
     }
+    let options = listed(&help("profile --help"), "Options:", "--");
+    assert!(options.len() >= 15, "{options:?}");
+    for option in options.iter().filter(|o| *o != "--help") {
+        assert!(text.contains(&format!("`{option}")), "README.md lacks profile's {option}");
+    }
 }

@@ -1,6 +1,6 @@
 //! `reflet profile`.
 
-use crate::room::Room;
+use crate::room::{Room, png};
 
 /// A .npy file of `rows` of one width.
 fn npy(descr: &str, width: usize, rows: &[u8]) -> Vec<u8> {
@@ -98,8 +98,9 @@ fn inputs_that_cannot_be_read_are_66() {
     cast("balls.npy", "balls.npy", &["balls.npy", "(n, 8)"]);
     room.bad(&["profile", "--mesh", "none.obj", "--rays", "rays.npy"], 66, &["none.obj"]);
     room.bad(&["profile", "none.rhai"], 66, &["none.rhai"]);
-    let args = ["profile", "--spheres", "balls.npy", "--rays", "rays.npy", "--hits", "no/h.npy"];
-    room.bad(&args, 74, &["no/h.npy"]);
+    let args =
+        ["profile", "--spheres", "balls.npy", "--rays", "rays.npy", "--hits", "rays.npy/h.npy"];
+    room.bad(&args, 74, &["rays.npy"]);
 }
 
 #[test]
@@ -130,4 +131,128 @@ fn a_scene_is_profiled_by_kind_of_ray_and_by_stage() {
     assert!(line["rays"]["shadow"].as_u64().unwrap() > 0);
     assert_eq!(line["threads"], 2);
     assert!(room.made().iter().all(|name| name.ends_with(".npy")), "{:?}", room.made());
+}
+
+/// Mirrored balls that touch each other and a triangle, and things that no file of arrays holds.
+const MIRRORS: &str = "
+image(#{ width: 24, height: 16 });
+camera(#{ eye: [0, 1, 6], look_at: [0, 0, 0] });
+light(#{ at: [3, 4, 5], emissivity: 40 });
+let chrome = material(#{ diffuse: [0.1, 0.1, 0.1], specular: [0.9, 0.9, 0.9] });
+for x in -1..2 { sphere(#{ center: [x * 2.0, 0, 0], radius: 1, material: chrome }); }
+";
+const FLOOR: &str = "
+plane(#{ point: [0, -1, 0], normal: [0, 1, 0], material: chrome });
+quad(#{ corner: [-3, -1, -3], u: [6, 0, 0], v: [0, 3, 0], material: chrome });
+triangle(#{ a: [-3, -1, 2], b: [3, -1, 2], c: [0, -1, 4], material: chrome });
+";
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text.lines().last().unwrap()).unwrap()
+}
+
+#[test]
+fn rays_of_a_scene_hit_the_same_when_they_come_from_files() {
+    let room = Room::with(&[("m.rhai", MIRRORS)]);
+    let whole = json(room.good(&["profile", "m.rhai", "--json", "--dump", "d/e"]).text());
+    let names = ["m.camera.rays.npy", "m.mirror.rays.npy", "m.shadow.rays.npy", "m.spheres.npy"];
+    assert_eq!(room.names_in("d/e"), names);
+    for (kind, more) in [("camera", &[][..]), ("mirror", &[]), ("shadow", &["--any"])] {
+        let rays = format!("d/e/m.{kind}.rays.npy");
+        let args = ["profile", "--spheres", "d/e/m.spheres.npy", "--rays", &rays, "--json"];
+        let line = json(room.good(&[&args[..], more].concat()).text());
+        assert!(line["rays"].as_u64().unwrap() > 0, "{kind}");
+        assert_eq!((&line["rays"], &line["hits"]), (&whole["rays"][kind], &whole["hits"][kind]));
+    }
+    room.bad(&["profile", "m.rhai", "--dump", "m.rhai"], 74, &["m.rhai"]);
+}
+
+#[test]
+fn what_cannot_be_dumped_is_named() {
+    let room = Room::with(&[("m.rhai", &format!("{MIRRORS}{FLOOR}"))]);
+    let text = room.good(&["profile", "m.rhai", "--dump", "d"]).text().to_owned();
+    for word in ["3 spheres", "1 triangles", "1 infinite planes", "1 quads"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+    let ran = room.good(&["profile", "m.rhai", "--dump", "d", "--json"]);
+    assert!(ran.err.contains("1 quads") && json(ran.text()).is_object(), "{}", ran.err);
+    let triangles = ["--verts", "d/m.verts.npy", "--tris", "d/m.tris.npy"];
+    room.good(&[&["profile", "--rays", "d/m.mirror.rays.npy"], &triangles[..]].concat());
+}
+
+#[test]
+fn what_is_counted_does_not_depend_on_levels_and_threads() {
+    let room = Room::with(&[("m.rhai", &format!("{MIRRORS}{FLOOR}"))]);
+    let args = ["profile", "m.rhai", "--json", "--isa", "all", "--threads", "1,2"];
+    let ran = room.good(&args);
+    let keys = ["node_visits_per_ray", "primitive_tests_per_ray", "lane_occupancy", "rays", "hits"];
+    let counts: Vec<_> = ran.text().lines().map(|l| keys.map(|k| json(l)[k].clone())).collect();
+    assert!(counts.len() >= 4 && counts.iter().all(|c| *c == counts[0]), "{counts:?}");
+    let line = json(ran.text());
+    assert!(line["primitive_tests_per_ray"]["mirror"].as_f64().unwrap() > 0.0);
+    for key in ["rays", "steps", "cpu_us"] {
+        let tiles = ["p50", "p95", "max"].map(|p| line["tiles"][key][p].as_f64().unwrap());
+        assert!(tiles.is_sorted() && tiles[2] > 0.0, "{key}: {tiles:?}");
+    }
+}
+
+#[test]
+fn a_heat_map_and_a_timeline_are_written() {
+    let room = room();
+    let ran =
+        room.good(&["profile", "still.rhai", "--heatmap", "cost.png", "--trace", "out/t.json"]);
+    assert!(ran.text().contains("cost.png"));
+    let (width, height, pixels) = png(&room.path("cost.png"));
+    assert!(width >= 16 && height > 9);
+    assert!(pixels.chunks(3).any(|p| p == [0xfd, 0xe7, 0x25]), "no pixel has the greatest cost");
+    let text = std::fs::read_to_string(room.path("out/t.json")).unwrap();
+    let timeline: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let events = timeline["traceEvents"].as_array().unwrap();
+    let lengths = |name: &str| -> Vec<f64> {
+        let of_name = events.iter().filter(|e| e["ph"] == "X" && e["name"] == name);
+        of_name.map(|e| e["ts"].as_f64().unwrap() + e["dur"].as_f64().unwrap()).collect()
+    };
+    for name in ["script", "pack", "build", "tile 0", "trace", "shade"] {
+        assert!(!lengths(name).is_empty(), "{name}");
+    }
+    // 16 x 9 pixels are one tile, and it ends before the stage that it belongs to.
+    let (tile, all) = (lengths("tile 0"), lengths("trace and shade"));
+    assert!(tile.len() == 1 && all.len() == 1 && tile[0] <= all[0], "{tile:?} {all:?}");
+    room.bad(&["profile", "still.rhai", "--heatmap", "still.rhai/c.png"], 74, &["still.rhai"]);
+    room.bad(&["profile", "still.rhai", "--trace", "still.rhai/t.json"], 74, &["still.rhai"]);
+}
+
+#[test]
+fn figures_are_kept_and_compared() {
+    let room = room();
+    let spheres = ["profile", "--spheres", "balls.npy", "--rays", "rays.npy"];
+    room.good(&[&spheres[..], &["--save", "out/f.json"]].concat());
+    let text = std::fs::read_to_string(room.path("out/f.json")).unwrap();
+    let kept: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(kept[0]["cpu_ns"].as_array().unwrap().len(), 5);
+    let ran = room.good(&[&spheres[..], &["--against", "out/f.json"]].concat());
+    assert!(ran.text().contains("beyond noise"), "{}", ran.text());
+    let line =
+        json(room.good(&[&spheres[..], &["--against", "out/f.json", "--json"]].concat()).text());
+    assert!(line["mrays_per_s_per_core"].is_number() && line["against"][0]["ratio"].is_number());
+    // Of a scene, other things are measured.
+    let ran = room.good(&["profile", "still.rhai", "--against", "out/f.json"]);
+    assert!(ran.text().contains("nothing"), "{}", ran.text());
+    room.bad(&["profile", "still.rhai", "--against", "rays.npy"], 66, &["rays.npy", "--save"]);
+    room.bad(&["profile", "still.rhai", "--save", "still.rhai/f"], 74, &["still.rhai"]);
+    room.bad(&[&spheres[..], &["--dump", "d"]].concat(), 2, &["--dump"]);
+}
+
+#[test]
+fn what_the_frame_before_saves_is_told() {
+    let room = room();
+    let reuse = |frame: &str| {
+        let ran = room.good(&["profile", "five.rhai", "--frame", frame, "--json"]);
+        json(ran.text())["reuse"].clone()
+    };
+    assert!(reuse("0").is_null());
+    // Only a colour changes.
+    let saved = reuse("2");
+    assert_eq!(saved["kept"]["rays"], 0);
+    assert!(saved["fresh"]["rays"].as_u64().unwrap() > 16 * 9 && saved["nothing_kept"].is_null());
 }

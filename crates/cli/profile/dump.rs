@@ -3,7 +3,7 @@
 //! In such files a ray knows no surface that it leaves. Where it would meet that surface again at
 //! its own start, its `tmin` is raised to that root, so that it does not.
 
-use crate::exit::{Exit, Failure};
+use crate::exit::Failure;
 use crate::profile::npy;
 use reflet_accel::{HitCode, Rays, brute};
 use reflet_pack::{Geometry, PrimId, ShapeKind};
@@ -16,9 +16,6 @@ use std::path::Path;
 /// # Errors
 /// An output's.
 pub fn primitives(geometry: &Geometry, dir: &Path, name: &str) -> Result<String, Failure> {
-    std::fs::create_dir_all(dir).map_err(|e| {
-        Failure::new(Exit::Output, format!("cannot make the folder {}: {e}", dir.display()))
-    })?;
     let (mut spheres, mut corners, mut left_out) = (Vec::new(), Vec::new(), [0usize; 2]);
     for prim in (0..geometry.len() as u32).map(PrimId) {
         let (kind, row) = geometry.shape[prim.index()];

@@ -170,8 +170,7 @@ pub fn read(path: &Path) -> Result<Vec<Figure>, Failure> {
 /// An output's.
 pub fn write(path: &Path, figures: &[Figure]) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(figures).expect("numbers and names") + "\n";
-    std::fs::write(path, text)
-        .map_err(|e| Failure::new(Exit::Output, format!("{}: {e}", path.display())))
+    super::put(path, text.as_bytes())
 }
 
 #[cfg(test)]

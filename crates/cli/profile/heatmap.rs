@@ -1,9 +1,7 @@
 //! What each pixel costs, as a picture.
 
 use crate::exit::{Exit, Failure};
-use reflet_film::{
-    Format, Layout, Picture, SafeFile, SampleKind, SamplesMut, StillOptions, encode_still,
-};
+use reflet_film::{Format, Layout, Picture, SampleKind, SamplesMut, StillOptions, encode_still};
 use std::path::Path;
 
 /// Viridis by S. van der Walt and N. Smith (2015, CC0), at ninths: dark blue to yellow, with a
@@ -111,7 +109,7 @@ fn draw(costs: &[u64], width: usize) -> Canvas {
 /// An output's.
 pub fn write(path: &Path, costs: &[u64], width: u32) -> Result<(), Failure> {
     let canvas = draw(costs, width as usize);
-    let put = || -> Result<(), Box<dyn std::error::Error>> {
+    let encode = || -> Result<Vec<u8>, Box<dyn std::error::Error>> {
         let height = canvas.rows.len() / canvas.width;
         let layout = Layout::try_new(canvas.width as u32, height as u32, 16)?;
         let mut picture = Picture::try_new(layout, SampleKind::U8)?;
@@ -127,11 +125,10 @@ pub fn write(path: &Path, costs: &[u64], width: u32) -> Result<(), Failure> {
                 samples[to..to + from.len()].copy_from_slice(from);
             }
         }
-        let mut file = SafeFile::create(path)?;
-        encode_still(&picture, Format::Png, &StillOptions::default(), None)?.write_to(&mut file)?;
-        Ok(file.commit()?)
+        Ok(encode_still(&picture, Format::Png, &StillOptions::default(), None)?.to_vec())
     };
-    put().map_err(|e| Failure::new(Exit::Output, format!("{}: {e}", path.display())))
+    let fault = |e| Failure::new(Exit::Output, format!("{}: {e}", path.display()));
+    super::put(path, &encode().map_err(fault)?)
 }
 
 #[cfg(test)]

@@ -28,13 +28,15 @@ pub mod reuse;
 pub mod scene;
 pub mod timeline;
 
-use crate::console::print;
-use crate::exit::Failure;
+use crate::console::{Console, print};
+use crate::exit::{Exit, Failure};
 use crate::meant::{Script, Tell};
 use cast::Question;
 use figures::{Comparison, Figure};
 use inputs::Primitives;
 use reflet_accel::{Accel, Isa, Rays, Structure};
+use reflet_film::SafeFile;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -139,8 +141,11 @@ fn scene(
     if let (Some(isa), Some(threads)) = (profile.isas.first(), profile.threads.first()) {
         let name = script.path.file_stem().unwrap_or_default().to_string_lossy();
         let text = frame.write(outputs, &name, *isa, *threads)?;
-        if profile.tell == Tell::People {
-            print(text)?;
+        match profile.tell {
+            Tell::People => print(text)?,
+            // Stdout holds objects only.
+            Tell::Programs if !text.is_empty() => Console::new().say(text.trim_end()),
+            Tell::Programs => {}
         }
     }
     if profile.tell == Tell::People {
@@ -205,4 +210,15 @@ fn files(
             Tell::People => report::files_row(&line),
         })
     })
+}
+
+/// Writes a file; missing folders are made.
+fn put(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let write = || {
+        let mut file = SafeFile::create(path)?;
+        file.write_all(bytes)?;
+        file.commit()
+    };
+    // The error names the file.
+    write().map_err(|e: std::io::Error| Failure::new(Exit::Output, e.to_string()))
 }

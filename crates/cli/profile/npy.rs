@@ -4,7 +4,6 @@
 
 use crate::exit::{Exit, Failure};
 use std::fs;
-use std::io::Write;
 use std::path::Path;
 
 const MAGIC: &[u8] = b"\x93NUMPY";
@@ -136,17 +135,8 @@ pub fn write(path: &Path, descr: &str, shape: &str, data: &[u8]) -> Result<(), F
     let whole = (before + header.len() + 1).next_multiple_of(64);
     header.extend(std::iter::repeat_n(' ', whole - before - header.len() - 1));
     header.push('\n');
-    let put = || {
-        let mut file = fs::File::create(path)?;
-        file.write_all(MAGIC)?;
-        file.write_all(&[1, 0])?;
-        file.write_all(&(header.len() as u16).to_le_bytes())?;
-        file.write_all(header.as_bytes())?;
-        file.write_all(data)?;
-        file.sync_all()
-    };
-    put()
-        .map_err(|e: std::io::Error| Failure::new(Exit::Output, format!("{}: {e}", path.display())))
+    let length = (header.len() as u16).to_le_bytes();
+    super::put(path, &[MAGIC, &[1, 0], &length, header.as_bytes(), data].concat())
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 //!
 //! Source: "Trace Event Format", the JSON array of complete events; times are microseconds.
 
-use crate::exit::{Exit, Failure};
+use crate::exit::Failure;
 use crate::profile::passes::{Pass, Passes, Worker};
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -90,7 +90,6 @@ impl Timeline {
     /// # Errors
     /// An output's.
     pub fn write(&self, path: &Path) -> Result<(), Failure> {
-        std::fs::write(path, self.json().to_string())
-            .map_err(|e| Failure::new(Exit::Output, format!("{}: {e}", path.display())))
+        super::put(path, self.json().to_string().as_bytes())
     }
 }
