@@ -1,6 +1,9 @@
 //! What can be typed: the command line, word by word. What it means together is [`crate::meant`]'s.
 
 use crate::frames::FrameRanges;
+use crate::merge::MergeArgs;
+use crate::parts::PartArgs;
+use crate::verify::VerifyArgs;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use reflet_accel::Isa;
@@ -26,10 +29,11 @@ Examples:
 
 const CODES: &str = "\
 Exit codes:
-  0  done                              66  an input is missing or bad
-  1  some frames failed otherwise      74  an output could not be written
+  0  done                              74  an output could not be written
+  1  some frames failed otherwise      75  stopped by SIGUSR1; --resume goes on
   2  the command line is wrong        130  stopped by SIGINT (Ctrl-C)
- 65  the script is wrong              143  stopped by SIGTERM";
+ 65  the script is wrong              143  stopped by SIGTERM
+ 66  an input is missing or bad";
 
 /// A ray tracer: scenes are scripts, and a frame costs only what changed.
 #[derive(Debug, Parser)]
@@ -47,6 +51,16 @@ pub enum Command {
     /// Render a scene: a picture, a sequence of pictures or a film
     #[command(before_help = RENDER_EXAMPLES, after_help = CODES)]
     Render(RenderArgs),
+    /// Check a finished sequence: which frames are missing, damaged or stale
+    #[command(
+        before_help = "Examples:\n  reflet verify room.rhai out/frame-####.png\n  reflet verify room.rhai out/frame-####.png --frames 0-99 --set gloss=1"
+    )]
+    Verify(VerifyArgs),
+    /// Join the tiles of one huge picture
+    #[command(
+        before_help = "Examples:\n  reflet render room.rhai -o parts/1.exr --tile 1,1/2x1\n  reflet render room.rhai -o parts/2.exr --tile 2,1/2x1\n  reflet merge parts/*.exr -o room.png"
+    )]
+    Merge(MergeArgs),
     /// Say what a scene holds, and warn of what looks wrong
     #[command(
         before_help = "Examples:\n  reflet check room.rhai\n  reflet check room.rhai --set gloss=1"
@@ -124,6 +138,8 @@ pub struct RenderArgs {
     /// what is free; the picture is the same
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub cache_mem: Option<u64>,
+    #[command(flatten)]
+    pub part: PartArgs,
     /// The format, whatever the output's ending: png, png16, exr, exr16, qoi, jpg, ppm, pfm, gif,
     /// apng or y4m
     #[arg(long, value_name = "EXT")]
@@ -159,7 +175,7 @@ fn assignment(text: &str) -> Result<(String, String), String> {
     }
 }
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     let edge = |text: &str| {
         let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
         text.parse().ok().filter(|n| digits && (1..=65_535).contains(n))

@@ -8,11 +8,14 @@ mod exit;
 mod frames;
 mod json;
 mod meant;
+mod merge;
 mod new;
 mod params;
+mod parts;
 mod progress;
 mod render;
 mod signals;
+mod verify;
 mod watch;
 
 use clap::Parser;
@@ -36,6 +39,8 @@ fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
             Times::Once => render::run(&meant, console, &signals),
             Times::AtEachSave => watch::run(&meant, console, &signals),
         },
+        Meant::Verify(meant) => verify::run(&meant, console, &signals),
+        Meant::Merge(args) => merge::run(&args, console),
         Meant::Check(script) => print(check::run(&script, console)?),
         Meant::Params(script, tell) => {
             let stage = script.load()?;

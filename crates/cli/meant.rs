@@ -5,10 +5,13 @@ use crate::args::{Command, NewArgs, ParamsArgs, RenderArgs, ScriptArgs, Typed};
 use crate::console::Console;
 use crate::exit::Failure;
 use crate::frames::FrameRanges;
+use crate::merge::MergeArgs;
+use crate::parts::{PartArgs, Shard};
+use crate::verify::VerifyArgs;
 use clap_complete::Shell;
 use reflet_accel::Isa;
-use reflet_film::Target;
-use reflet_frame::{Draft, Reuse};
+use reflet_film::{Format, Target};
+use reflet_frame::{Draft, Resume, Reuse, TileChoice};
 use reflet_script::{Options, Source, Stage};
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
@@ -19,6 +22,10 @@ use std::sync::Arc;
 pub enum Meant {
     /// Render.
     Render(Render),
+    /// Check a finished sequence.
+    Verify(Render),
+    /// Join tiles.
+    Merge(MergeArgs),
     /// Say what a scene holds.
     Check(Script),
     /// List parameters.
@@ -89,6 +96,12 @@ pub struct Render {
     pub reuse: Reuse,
     /// Bytes that kept trees may take; a quarter of the free memory if `None`.
     pub cache_bytes: Option<u64>,
+    /// Whether frames that stand are kept.
+    pub resume: Resume,
+    /// Which part of the frames; all if `None`.
+    pub shard: Option<Shard>,
+    /// Which part of the picture; all if `None`.
+    pub tile: Option<TileChoice>,
     /// Whom events are told to.
     pub tell: Tell,
     /// Once or at each save.
@@ -103,6 +116,8 @@ impl Meant {
     pub fn by(typed: Typed, console: &Console) -> Result<Self, Failure> {
         Ok(match typed.command {
             Command::Render(args) => Self::Render(render(args, console)?),
+            Command::Verify(args) => Self::Verify(verify(args, console)?),
+            Command::Merge(args) => Self::Merge(args),
             Command::Check(args) => Self::Check(script(args, console)),
             Command::Params(ParamsArgs { script: args, json }) => {
                 Self::Params(script(args, console), tell(json))
@@ -147,6 +162,7 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
             "--watch renders again and again, and stdout can take one render; let -o name a file",
         ));
     }
+    one_file_each(&target, &args.part)?;
     args.isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
     Ok(Render {
         script: script(args.script, console),
@@ -159,7 +175,62 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
         isa: args.isa,
         reuse: if args.no_reuse { Reuse::Never } else { Reuse::Keep },
         cache_bytes: args.cache_mem,
+        resume: if args.part.resume { Resume::Keep } else { Resume::Never },
+        shard: args.part.shard,
+        tile: args.part.tile,
         tell: tell(args.json),
         times: if args.watch { Times::AtEachSave } else { Times::Once },
+    })
+}
+
+/// What keeps, splits or joins files needs files, a frame each.
+fn one_file_each(target: &Target, part: &PartArgs) -> Result<(), Failure> {
+    let option = match (part.resume, part.shard, part.tile) {
+        (true, ..) => "--resume",
+        (_, Some(_), _) => "--shard",
+        (.., Some(_)) => "--tile",
+        _ => return Ok(()),
+    };
+    if target.is_stdout() {
+        return Err(Failure::usage(format!("{option} needs files; let -o name them, not stdout")));
+    }
+    if target.format().is_film() {
+        return Err(Failure::usage(format!(
+            "{option} needs a file for each frame, and {} is one for all: render frames, as in \
+             -o out/frame-####.png, and join them with `reflet film`",
+            target.format()
+        )));
+    }
+    if part.tile.is_some() && target.format() != Format::Exr {
+        return Err(Failure::usage(
+            "--tile makes EXR parts, of which `reflet merge` makes any format: let -o end in .exr",
+        ));
+    }
+    Ok(())
+}
+
+fn verify(args: VerifyArgs, console: &Console) -> Result<Render, Failure> {
+    let output = args.output.into_os_string();
+    let target = Target::parse(&output, args.format.as_deref(), 1)
+        .map_err(|e| Failure::usage(e.to_string()))?;
+    if target.is_stdout() || target.format().is_film() {
+        return Err(Failure::usage("verify checks files of one frame each, as in frame-####.png"));
+    }
+    Ok(Render {
+        script: script(args.script, console),
+        output,
+        format: args.format,
+        frames: args.frames,
+        size: args.size.map(|(width, height)| [width, height]),
+        draft: if args.draft { Draft::Yes } else { Draft::No },
+        threads: None,
+        isa: Isa::Auto,
+        reuse: Reuse::Keep,
+        cache_bytes: None,
+        resume: Resume::Never,
+        shard: None,
+        tile: None,
+        tell: Tell::People,
+        times: Times::Once,
     })
 }

@@ -10,7 +10,9 @@
 //! 4. [`encode_still`]: a picture to the bytes of a file. PNG and EXR are made of independent
 //!    bands of rows; [`KeptBands`] keeps the bytes of bands whose pixels did not change.
 //! 5. [`FilmWriter`]: frames to one GIF, APNG or Y4M stream.
-//! 6. [`Target`]: what `-o OUT` means; [`SafeFile`]: a file that appears under its name only
+//! 6. [`encode_sealed`], [`read_sealed`]: files that say what they were made from, and whether they
+//!    are whole; [`decode_still`]: their pictures again.
+//! 7. [`Target`]: what `-o OUT` means; [`SafeFile`]: a file that appears under its name only
 //!    when it is whole.
 //!
 //! ```
@@ -45,6 +47,7 @@
 //! a tile, the machine, the time, or on what was kept from an earlier frame.
 
 mod bands;
+mod decode;
 mod exr;
 mod film;
 mod format;
@@ -53,18 +56,24 @@ mod picture;
 mod png;
 mod qoi;
 mod safe;
+mod seal;
 mod still;
 mod target;
 mod transfer;
 
 pub use bands::KeptBands;
+pub use decode::decode_still;
 pub use film::{FilmSpec, FilmWriter, Fps, FpsError, Pushed};
 pub use format::{Format, UnknownFormat};
 pub use picture::{
     Layout, LayoutError, OutOfMemory, Picture, Sample, SampleKind, Samples, SamplesMut, TileMut,
     TileRect,
 };
-pub use safe::{PendingFolders, SafeFile, StrayFile, stray_files};
+pub use safe::{Folders, PendingFolders, SafeFile, StrayFile, stray_files};
+pub use seal::{
+    CHECK, MANIFEST_ENDING, Sealed, Unsealed, encode_sealed, manifest_path, needs_manifest,
+    read_sealed, texts,
+};
 pub use still::{Compression, Encoded, StillOptions, encode_still};
 pub use target::{Target, TargetError};
 pub use transfer::{Transfer, TransferTable};

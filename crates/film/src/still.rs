@@ -42,7 +42,7 @@ impl Default for StillOptions<'_> {
 /// The bytes of a file, in parts that may be shared with [`KeptBands`].
 #[derive(Clone, Debug, Default)]
 pub struct Encoded {
-    parts: Vec<Arc<Vec<u8>>>,
+    pub(crate) parts: Vec<Arc<Vec<u8>>>,
     /// Bands that were encoded; 0 for formats without bands.
     pub bands_encoded: usize,
     /// Bands whose bytes were kept from the frame before.

@@ -1,7 +1,7 @@
 //! What `-o OUT` means: the format, and the name of each frame's file.
 
 use crate::format::{Format, UnknownFormat};
-use crate::safe::SafeFile;
+use crate::safe::{Folders, SafeFile};
 use std::ffi::OsStr;
 use std::fmt;
 use std::fs;
@@ -264,9 +264,14 @@ impl Target {
 
     /// Opens the file that holds frame `frame`.
     pub fn open(&self, frame: u32) -> io::Result<SafeFile> {
+        self.open_in(frame, Folders::Make)
+    }
+
+    /// As [`Target::open`], but missing folders are made only if `folders` says so.
+    pub fn open_in(&self, frame: u32, folders: Folders) -> io::Result<SafeFile> {
         match self.place {
             Place::Stdout => Ok(SafeFile::stdout()),
-            _ => SafeFile::create(&self.path_for(frame)),
+            _ => SafeFile::create_in(&self.path_for(frame), folders),
         }
     }
 }

@@ -9,6 +9,10 @@
 //! | `tile` | one tile of a batch of frames |
 //! | `pictures` | the pictures under way |
 //! | [`reuse`] | what differs between two frames, and so what is done again |
+//! | [`provenance`] | what a file was made from, as it says itself |
+//! | [`resume`] | which files stand, and which are made anew |
+//! | [`verify`] | a finished sequence, checked |
+//! | [`tiles`], [`merge`] | parts of one huge picture, and the whole |
 //! | [`output`] | pictures to files, while the next frame is traced |
 //! | [`memory`] | what this machine has |
 
@@ -16,13 +20,22 @@ pub mod engine;
 pub mod event;
 pub mod job;
 pub mod memory;
+pub mod merge;
 pub mod output;
 mod pictures;
+pub mod provenance;
+pub mod resume;
 pub mod reuse;
 pub mod run;
 mod tile;
+pub mod tiles;
+pub mod verify;
 
 pub use engine::{Batch, Engine, EngineOptions};
 pub use event::{Event, FrameReport, RenderError, Summary};
 pub use job::{Draft, Job, Reuse};
+pub use merge::{MergeError, Merged, merge};
+pub use resume::{Resume, Standing};
 pub use run::render;
+pub use tiles::TileChoice;
+pub use verify::{Checked, verify};

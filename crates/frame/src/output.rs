@@ -2,10 +2,12 @@
 
 use crate::engine::nanoseconds;
 use crate::event::{FrameReport, RenderError};
+use crate::provenance::Provenance;
+use crate::resume::{self, Standing};
 use rayon::ThreadPool;
 use reflet_film::{
-    Compression, Encoded, FilmSpec, FilmWriter, Fps, KeptBands, PendingFolders, Picture, SafeFile,
-    StillOptions, Target, encode_still,
+    Compression, FilmSpec, FilmWriter, Folders, Fps, KeptBands, PendingFolders, Picture, SafeFile,
+    Sealed, StillOptions, Target, encode_sealed, encode_still, manifest_path,
 };
 use std::io::{BufWriter, Write};
 use std::path::PathBuf;
@@ -19,6 +21,8 @@ pub struct Finished {
     pub picture: Arc<Picture>,
     /// What it took so far.
     pub report: FrameReport,
+    /// What its file says that it was made from.
+    pub provenance: Option<Provenance>,
 }
 
 /// What a film needs to know before its first frame.
@@ -41,7 +45,7 @@ pub struct Output<'a> {
 }
 
 enum Sink {
-    Stills { kept: KeptBands, folders: PendingFolders },
+    Stills { kept: KeptBands, folders: PendingFolders, place: Folders },
     Film { writer: Box<FilmWriter<Counted>>, bytes: Arc<AtomicU64> },
     Done,
 }
@@ -87,7 +91,11 @@ impl<'a> Output<'a> {
             };
             Sink::Film { writer: Box::new(FilmWriter::new(file, spec).map_err(fail)?), bytes }
         } else {
-            Sink::Stills { kept: KeptBands::new(), folders: PendingFolders::new() }
+            Sink::Stills {
+                kept: KeptBands::new(),
+                folders: PendingFolders::new(),
+                place: Folders::Make,
+            }
         };
         Ok(Output { target, compression, pool, sink })
     }
@@ -98,19 +106,33 @@ impl<'a> Output<'a> {
         let index = frame.report.frame;
         let path = self.target.path_for(index);
         let result = match &mut self.sink {
-            Sink::Stills { kept, folders } => {
-                let options =
-                    StillOptions { compression: self.compression, ..StillOptions::default() };
+            Sink::Stills { kept, folders, place } => {
+                let provenance = frame.provenance.as_ref();
+                let text = provenance.map(Provenance::texts).unwrap_or_default();
+                let options = StillOptions {
+                    compression: self.compression,
+                    text: &text,
+                    ..StillOptions::default()
+                };
                 let format = self.target.format();
-                let encode = || encode_still(&frame.picture, format, &options, Some(kept));
-                let encoded = self.pool.install(encode);
+                let picture = &frame.picture;
+                let encode = || match provenance {
+                    Some(_) => encode_sealed(picture, format, &options, Some(kept)),
+                    None => encode_still(picture, format, &options, Some(kept))
+                        .map(|encoded| Sealed { encoded, manifest: None }),
+                };
+                let sealed = self.pool.install(encode);
                 let report = &mut frame.report;
-                encoded.and_then(|encoded| {
-                    report.bytes = encoded.len() as u64;
-                    report.bands_encoded = encoded.bands_encoded as u64;
-                    report.bands_kept = encoded.bands_kept as u64;
-                    still(&self.target, index, &encoded, folders)
-                })
+                report.stood = provenance
+                    .is_some_and(|wanted| resume::standing(&path, wanted) == Standing::Stands);
+                let written = sealed.and_then(|sealed| {
+                    report.bytes = sealed.encoded.len() as u64;
+                    report.bands_encoded = sealed.encoded.bands_encoded as u64;
+                    report.bands_kept = sealed.encoded.bands_kept as u64;
+                    still(&self.target, index, &sealed, (folders, *place))
+                });
+                *place = Folders::Expect;
+                written
             }
             Sink::Film { writer, bytes } => {
                 let before = bytes.load(Ordering::Relaxed);
@@ -143,10 +165,18 @@ impl<'a> Output<'a> {
 fn still(
     target: &Target,
     frame: u32,
-    encoded: &Encoded,
-    folders: &mut PendingFolders,
+    sealed: &Sealed,
+    (folders, place): (&mut PendingFolders, Folders),
 ) -> std::io::Result<()> {
-    let mut file = target.open(frame)?;
-    encoded.write_to(&mut file)?;
-    file.commit_in(folders)
+    let mut file = target.open_in(frame, place)?;
+    sealed.encoded.write_to(&mut file)?;
+    file.commit_in(folders)?;
+    // A kill in between leaves a manifest that does not fit: the frame is then made again.
+    if let Some(manifest) = &sealed.manifest {
+        let path = manifest_path(&target.path_for(frame));
+        let mut file = SafeFile::create_in(&path, Folders::Expect)?;
+        file.write_all(manifest.as_bytes())?;
+        file.commit_in(folders)?;
+    }
+    Ok(())
 }

@@ -6,8 +6,11 @@ use crate::job::{Draft, Job, Reuse};
 use crate::memory;
 use crate::output::{FilmInfo, Finished, Output};
 use crate::pictures::Pictures;
+use crate::provenance::{FileSettings, Provenance};
+use crate::resume::{self, Resume, Standing};
+use crate::tiles::Tile;
 use reflet_film::{Fps, Layout, Picture, SampleKind, Transfer, TransferTable};
-use reflet_pack::{Changes, Overrides, Packer, TransferCurve};
+use reflet_pack::{Changes, Overrides, Packer, SceneHasher, TransferCurve};
 use reflet_script::{ScriptError, Stage};
 use reflet_trace::BatchColours;
 use std::sync::Arc;
@@ -36,10 +39,18 @@ pub fn render(
         job.cache_bytes.or_else(|| memory::available().map(|a| a / 4)).unwrap_or(1 << 30);
     // Nothing builds on the last frame.
     let reuse = if frames.len() > 1 { job.reuse } else { Reuse::Never };
-    let options = EngineOptions { threads: job.threads, isa: job.isa, reuse, ..Default::default() };
-    let mut engine = Engine::new(options).map_err(RenderError::Other)?;
     let packer = pack(stage, job)?;
-    let size = packer.columns().view.size;
+    let tile = tile(&packer, job)?;
+    let size = tile.map_or(packer.columns().view.size, |tile| tile.size);
+    let origin = tile.map_or([0, 0], |tile| tile.origin);
+    let options = EngineOptions {
+        threads: job.threads,
+        isa: job.isa,
+        reuse,
+        origin,
+        ..EngineOptions::default()
+    };
+    let mut engine = Engine::new(options).map_err(RenderError::Other)?;
     let kind = job.target.format().sample_kind();
     let edge = engine.grid(packer.columns()).edge;
     let layout =
@@ -55,8 +66,14 @@ pub fn render(
     events(Event::Started { frames: frames.len(), size, isa, threads });
     let pool = engine.pool();
     let first = frames.first().copied().unwrap_or(0);
-    let mut output = Output::open(job.target.clone(), job.compression, info, &pool)
-        .map_err(|(path, error)| RenderError::Output { frame: first, path, error })?;
+    let at_first = |(path, error)| RenderError::Output { frame: first, path, error };
+    if job.resume == Resume::Keep {
+        for stray in resume::sweep(&job.target, &frames).map_err(at_first)? {
+            events(Event::Swept(&stray));
+        }
+    }
+    let mut output =
+        Output::open(job.target.clone(), job.compression, info, &pool).map_err(at_first)?;
 
     let result = thread::scope(|scope| {
         let (finished, to_write) = channel::<Finished>();
@@ -73,7 +90,9 @@ pub fn render(
         });
         let summary = Summary { isa, threads, ..Summary::default() };
         let writer = Writer { finished, written, under_way: 0, summary, events };
-        let run = Run { engine, packer, pictures, table: None, kind, writer, cancel };
+        let hasher = SceneHasher::default();
+        let run =
+            Run { job, engine, packer, hasher, tile, pictures, table: None, kind, writer, cancel };
         run.frames(stage, &frames)
     });
     // Files of frames that were written stand, whatever ended the job.
@@ -94,8 +113,11 @@ pub fn render(
 
 /// A job under way: all that outlives a frame.
 struct Run<'a, 'e> {
+    job: &'a Job,
     engine: Engine,
     packer: Packer,
+    hasher: SceneHasher,
+    tile: Option<Tile>,
     pictures: Pictures,
     table: Option<TransferTable>,
     kind: SampleKind,
@@ -106,8 +128,9 @@ struct Run<'a, 'e> {
 /// Frames that were packed and wait to be shaded together: their ray trees are the same.
 #[derive(Default)]
 struct Pending {
-    frames: Vec<FrameReport>,
-    /// What differs between the last frame shaded and the first of these; `None` at the very first.
+    frames: Vec<(FrameReport, Option<Provenance>)>,
+    /// What differs between the last frame shaded and the first of these; `None` at the very first,
+    /// and after frames that were kept.
     changes: Option<Changes>,
     colours: BatchColours,
 }
@@ -132,7 +155,9 @@ impl Run<'_, '_> {
         let mut pending = Pending::default();
         // The first picture is soon there; a script that fails at a frame has lost little.
         let mut batch = 1;
-        for (i, frame) in frames.iter().copied().enumerate() {
+        // Whether the frame packed before was shaded, or waits to be.
+        let mut follows = false;
+        for frame in frames.iter().copied() {
             self.writer.reclaim(&mut self.pictures)?;
             if self.cancel.load(Ordering::Relaxed) {
                 return Err(RenderError::Cancelled);
@@ -153,14 +178,55 @@ impl Run<'_, '_> {
             }
             // pack, diff
             let changes = stage.with_scene(|scene| self.packer.update(scene));
+            let provenance = self.provenance(frame, &changes);
+            if self.stands(frame, provenance.as_ref()) {
+                // What waits has the trees of the columns of now. What comes next differs from them
+                // in this frame's changes too, so it starts afresh.
+                if !pending.frames.is_empty() {
+                    self.shade(&mut pending)?;
+                }
+                follows = false;
+                continue;
+            }
             pending.colours.push(self.packer.columns(), &changes);
             let pack_ns = lap();
-            pending.frames.push(FrameReport { frame, script_ns, pack_ns, ..Default::default() });
+            let report = FrameReport { frame, script_ns, pack_ns, ..Default::default() };
+            pending.frames.push((report, provenance));
             if pending.frames.len() == 1 {
-                pending.changes = (i > 0).then_some(changes);
+                pending.changes = follows.then_some(changes);
             }
+            follows = true;
         }
-        self.shade(&mut pending)
+        match pending.frames.is_empty() {
+            true => Ok(()),
+            false => self.shade(&mut pending),
+        }
+    }
+
+    /// What the file of a frame is made from; `changes` are those of the last packing. Films and
+    /// the standard output say nothing of the kind.
+    fn provenance(&mut self, frame: u32, changes: &Changes) -> Option<Provenance> {
+        let target = &self.job.target;
+        if target.format().is_film() || target.is_stdout() {
+            return None;
+        }
+        let scene = self.hasher.hash(self.packer.columns(), changes);
+        Some(Provenance::new(scene, settings(&self.packer, self.job, frame), self.tile.as_ref()))
+    }
+
+    /// Whether the job keeps the file of a frame.
+    fn stands(&mut self, frame: u32, wanted: Option<&Provenance>) -> bool {
+        let (Resume::Keep, Some(wanted)) = (self.job.resume, wanted) else { return false };
+        let path = self.job.target.path_for(frame);
+        let standing = resume::standing(&path, wanted);
+        let stands = standing == Standing::Stands;
+        if stands {
+            self.writer.summary.kept += 1;
+            (self.writer.events)(Event::Kept { frame, path: &path });
+        } else {
+            (self.writer.events)(Event::Again { frame, path: &path, standing: &standing });
+        }
+        stands
     }
 
     /// Accelerate, trace, shade; then film and file on another thread.
@@ -183,10 +249,11 @@ impl Run<'_, '_> {
         let work = self.engine.render(batch, &mut pictures, self.cancel);
         let work = work.map_err(|_| RenderError::Cancelled)?;
         let shaded = frames.into_iter().zip(pictures);
-        for (i, (report, picture)) in shaded.enumerate() {
+        for (i, ((report, provenance), picture)) in shaded.enumerate() {
             let picture = Arc::new(picture);
             self.pictures.set_last(&picture);
-            self.writer.write(Finished { picture, report: told(report, &work, i) });
+            let report = told(report, &work, i);
+            self.writer.write(Finished { picture, report, provenance });
         }
         Ok(())
     }
@@ -280,8 +347,27 @@ impl Writer<'_> {
     }
 }
 
+/// What decides the bytes of a frame's file beside its scene.
+pub(crate) fn settings(packer: &Packer, job: &Job, frame: u32) -> FileSettings {
+    let columns = packer.columns();
+    FileSettings {
+        frame,
+        size: columns.view.size,
+        samples: columns.samples,
+        format: job.target.format(),
+        compression: job.compression,
+    }
+}
+
+/// The part of the picture that is asked for.
+pub(crate) fn tile(packer: &Packer, job: &Job) -> Result<Option<Tile>, RenderError> {
+    let columns = packer.columns();
+    let tile = job.tile.map(|choice| choice.of(columns.view.size, columns.model.transfer));
+    tile.transpose().map_err(RenderError::Usage)
+}
+
 /// Packs the scene as the script left it.
-fn pack(stage: &Stage, job: &Job) -> Result<Packer, RenderError> {
+pub(crate) fn pack(stage: &Stage, job: &Job) -> Result<Packer, RenderError> {
     let packed = stage.with_scene(|scene| {
         let image = scene.image();
         let mut size = job.size.unwrap_or([image.width, image.height]);
@@ -295,7 +381,7 @@ fn pack(stage: &Stage, job: &Job) -> Result<Packer, RenderError> {
     packed.map_err(|e| RenderError::Other(e.to_string()))
 }
 
-fn script_error(frame: Option<u32>, error: ScriptError) -> RenderError {
+pub(crate) fn script_error(frame: Option<u32>, error: ScriptError) -> RenderError {
     RenderError::Script { frame, error: Box::new(error) }
 }
 

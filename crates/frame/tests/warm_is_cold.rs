@@ -6,7 +6,7 @@ use reflet_accel::{Isa, Structure};
 use reflet_film::{Layout, Picture, SampleKind, Transfer, TransferTable};
 use reflet_frame::engine::Work;
 use reflet_frame::{Batch, Engine, EngineOptions, Reuse};
-use reflet_pack::{Changes, Columns, Overrides, Packer};
+use reflet_pack::{Changes, Columns, Overrides, Packer, SceneHasher};
 use reflet_scene::{
     Attenuation, Camera, Checker, Image, Key, Material, Plane, PointLight, Quad, Scene, Settings,
     Sphere, Spotlight, Surface, Triangle,
@@ -239,6 +239,7 @@ fn engine(dice: &mut Dice, reuse: Reuse) -> Engine {
         structure: [Structure::Auto, Structure::List, Structure::Tree][dice.below(3)],
         reuse,
         cache_bytes: [0, 20_000, u64::MAX, u64::MAX][dice.below(4)],
+        ..EngineOptions::default()
     })
     .expect("an engine")
 }
@@ -318,6 +319,7 @@ fn scenario(seed: u64, frames: usize, kinds: &mut dyn FnMut(&mut Dice) -> Vec<us
     let mut warm = engine(&mut dice, Reuse::Keep);
     let longest = [1, 2, 16][dice.below(3)];
     let mut before = stage.packer.columns().clone();
+    let mut hasher = SceneHasher::default();
     let (mut pending, mut last) = (Pending::default(), None);
     for frame in 0..frames {
         stage.scene.rewind();
@@ -330,6 +332,8 @@ fn scenario(seed: u64, frames: usize, kinds: &mut dyn FnMut(&mut Dice) -> Vec<us
         let changes = stage.packer.update(&stage.scene);
         let columns = stage.packer.columns().clone();
         assert_eq!(changes, Changes::between(&before, &columns), "{which}");
+        let name = hasher.hash(&columns, &changes);
+        assert_eq!(name, SceneHasher::of(&columns), "{which}");
         if !joins || pending.colours.len() >= longest {
             let done = std::mem::take(&mut pending).hold(&mut warm, &before, last.as_ref());
             last = done.or(last);
