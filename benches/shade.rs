@@ -4,7 +4,7 @@ mod scenes;
 
 use criterion::Throughput;
 use reflet_accel::{Accel, Isa, Structure};
-use reflet_trace::{BatchColours, Grid, ShadeScratch, Shader, TraceScratch, Tracer, Trees};
+use reflet_trace::{BatchColours, Grid, Points, ShadeScratch, Shader, TraceScratch, Tracer, Trees};
 
 fn main() {
     let packer = scenes::mirrors(0).with_scene(scenes::packed);
@@ -13,7 +13,7 @@ fn main() {
     let grid = Grid::new(columns.view.size, 16, columns.model.max_bounces);
     let level = Isa::Auto.level().expect("there is always one");
     let accel = Accel::build(&columns.geometry, level, Structure::Auto);
-    let tracer = Tracer { columns, accel: &accel };
+    let tracer = Tracer { columns, accel: &accel, points: Points::Dropped };
     let mut scratch = TraceScratch::default();
     let grow = |tile| {
         let mut trees = Trees::default();

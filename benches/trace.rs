@@ -4,7 +4,7 @@ mod scenes;
 
 use criterion::Throughput;
 use reflet_accel::{Accel, Isa, Structure};
-use reflet_trace::{Grid, TraceScratch, Tracer, Trees};
+use reflet_trace::{Grid, Points, TraceScratch, Tracer, Trees};
 
 fn main() {
     let packer = scenes::mirrors(0).with_scene(scenes::packed);
@@ -15,7 +15,7 @@ fn main() {
         for isa in Isa::available() {
             let level = isa.level().expect("one that is available");
             let accel = Accel::build(&columns.geometry, level, Structure::Auto);
-            let tracer = Tracer { columns, accel: &accel };
+            let tracer = Tracer { columns, accel: &accel, points: Points::Dropped };
             let (mut trees, mut scratch) = (Trees::default(), TraceScratch::default());
             let mut picture = |scratch: &mut TraceScratch| {
                 for tile in 0..grid.len() {

@@ -26,6 +26,7 @@
 //! | [`build`] | the tree by binned surface area |
 //! | [`bvh`] | one ray through the tree |
 //! | [`packet`] | rays in lanes against few primitives |
+//! | [`known`] | rays in lanes against what they are known to hit |
 //! | [`accel`] | all of it behind two calls |
 
 pub mod accel;
@@ -35,6 +36,7 @@ pub mod build;
 pub mod bvh;
 pub mod isa;
 pub mod kernels;
+pub mod known;
 pub mod lanes;
 pub mod packet;
 pub mod rays;

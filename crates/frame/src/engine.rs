@@ -9,7 +9,7 @@ use reflet_accel::isa::Level;
 use reflet_accel::{Accel, Isa, RayCounts, Structure};
 use reflet_film::{Layout, Picture, TileMut, TransferTable};
 use reflet_pack::{Changes, Columns};
-use reflet_trace::{BatchColours, Grid, RayTally, Shader, Tracer};
+use reflet_trace::{BatchColours, Grid, Points, RayTally, Shader, Tracer};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -101,6 +101,8 @@ pub struct Engine {
     workers: Vec<Mutex<Worker>>,
     accel: Option<Accel>,
     store: Option<Store>,
+    /// Kept once a surface has moved.
+    points: Points,
 }
 
 /// The trees of the last frame.
@@ -128,7 +130,15 @@ impl Engine {
             .build()
             .map_err(|e| format!("cannot start threads: {e}; ask for fewer with --threads"))?;
         let workers = (0..pool.current_num_threads()).map(|_| Mutex::default()).collect();
-        Ok(Engine { options, level, pool: Arc::new(pool), workers, accel: None, store: None })
+        Ok(Engine {
+            options,
+            level,
+            pool: Arc::new(pool),
+            workers,
+            accel: None,
+            store: None,
+            points: Points::Dropped,
+        })
     }
 
     /// How many threads there are.
@@ -201,7 +211,12 @@ impl Engine {
             _ => Plan::Fresh,
         };
         match (&plan, &mut self.store) {
-            (Plan::Keep(_), Some(store)) => store.made_for = made_for,
+            (Plan::Keep(keep), Some(store)) => {
+                store.made_for = made_for;
+                if keep.moved.is_some() {
+                    self.points = Points::Kept;
+                }
+            }
             _ => {
                 let mut tiles = Vec::new();
                 tiles.resize_with(grid.len(), KeptTile::default);
@@ -230,7 +245,7 @@ impl Engine {
         };
         let tiler = Tiler {
             plan,
-            tracer: Tracer { columns: batch.columns, accel },
+            tracer: Tracer { columns: batch.columns, accel, points: self.points },
             shader: Shader::new(batch.columns, batch.colours, self.level),
             table: batch.table,
             last: batch.last,

@@ -10,7 +10,7 @@
 //! | samples | those that are new |
 //! | eye, picture size, the number of primitives | all |
 
-use reflet_pack::{Changes, Columns, LightChange, LightId, MaterialId, SurfaceId};
+use reflet_pack::{Changes, Columns, LightChange, LightId, MaterialId, SurfaceId, Volume};
 use reflet_trace::{Grid, Moved, PatternCells, Revision, Trees};
 
 /// What is done with the trees kept of the frame before.
@@ -80,11 +80,11 @@ impl Plan {
             ..Keep::default()
         };
         if !changes.surfaces.is_empty() {
-            let boxes = |b: &reflet_pack::Aabb| (!b.is_empty()).then_some(*b);
+            let seen = |v: &Volume| (*v != Volume::Nothing).then_some(*v);
             keep.moved = Some(Moved {
                 surfaces: changes.surfaces.iter().map(|c| c.surface).collect(),
-                old: changes.surfaces.iter().filter_map(|c| boxes(&c.old_bounds)).collect(),
-                new: changes.surfaces.iter().filter_map(|c| boxes(&c.new_bounds)).collect(),
+                old: changes.surfaces.iter().filter_map(|c| seen(&c.old)).collect(),
+                new: changes.surfaces.iter().filter_map(|c| seen(&c.new)).collect(),
             });
         }
         if !changes.patterns.is_empty() {

@@ -1,4 +1,4 @@
-//! Outward-rounded boxes.
+//! Outward-rounded boxes, and the volumes of surfaces.
 
 /// An axis-aligned box, part of the definition of a hit: a ray hits a primitive only if it passes
 /// the primitive's own box (see `reflet-accel`).
@@ -54,6 +54,22 @@ impl Aabb {
     pub fn is_empty(&self) -> bool {
         (0..3).any(|k| self.lo[k] > self.hi[k])
     }
+}
+
+/// A volume that holds all of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Volume {
+    /// The surface is not in the picture.
+    Nothing,
+    /// A sphere is its own volume.
+    Ball {
+        /// Its centre.
+        center: [f32; 3],
+        /// Its radius.
+        radius: f32,
+    },
+    /// The box of anything else.
+    Box(Aabb),
 }
 
 /// The greatest `f32` not above `x`.

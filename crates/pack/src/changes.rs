@@ -3,9 +3,9 @@
 //! Bits, not values: 0.0 and -0.0 differ, a NaN equals itself. A row that was made for the last
 //! frame only is the same row as one made for this frame with the same key.
 
-use crate::bounds::Aabb;
+use crate::bounds::{Aabb, Volume};
 use crate::columns::{Columns, LightBits, SurfaceBits};
-use crate::geometry::Geometry;
+use crate::geometry::{Geometry, ShapeKind};
 use crate::ids::{LightId, MaterialId, SurfaceId};
 use crate::materials::MaterialRow;
 use crate::view::{Model, View};
@@ -15,10 +15,10 @@ use crate::view::{Model, View};
 pub struct SurfaceChange {
     /// Which one; its row may not exist in one of the two frames.
     pub surface: SurfaceId,
-    /// Where it was; empty if it was not in the picture.
-    pub old_bounds: Aabb,
-    /// Where it is; empty if it is not in the picture.
-    pub new_bounds: Aabb,
+    /// Where it was.
+    pub old: Volume,
+    /// Where it is.
+    pub new: Volume,
 }
 
 /// A material whose numbers changed.
@@ -134,11 +134,7 @@ impl Changes {
             _ => true,
         };
         if moved {
-            self.surfaces.push(SurfaceChange {
-                surface,
-                old_bounds: old.bounds,
-                new_bounds: new.bounds,
-            });
+            self.surfaces.push(SurfaceChange { surface, old: old.volume, new: new.volume });
         }
         if let (Some(a), Some(b)) = (&old.bits, &new.bits) {
             if a.cells != b.cells {
@@ -200,21 +196,29 @@ impl Settings {
 #[derive(Clone, Debug)]
 pub(crate) struct SurfaceState {
     bits: Option<SurfaceBits>,
-    bounds: Aabb,
+    volume: Volume,
 }
 
 impl SurfaceState {
     pub(crate) fn of(columns: &Columns, i: usize) -> SurfaceState {
         if i >= columns.surfaces.len() {
-            return SurfaceState { bits: None, bounds: Aabb::EMPTY };
+            return SurfaceState { bits: None, volume: Volume::Nothing };
         }
         SurfaceState {
             bits: Some(columns.surface_bits(i)),
-            bounds: bounds(&columns.geometry, columns.surfaces.range(i)),
+            volume: volume(&columns.geometry, columns.surfaces.range(i)),
         }
     }
 }
 
-fn bounds(geometry: &Geometry, prims: std::ops::Range<usize>) -> Aabb {
-    geometry.bounds[prims].iter().fold(Aabb::EMPTY, |all, b| all.union(b))
+fn volume(g: &Geometry, prims: std::ops::Range<usize>) -> Volume {
+    let bounds = g.bounds[prims.clone()].iter().fold(Aabb::EMPTY, |all, b| all.union(b));
+    match g.shape.get(prims.start) {
+        _ if bounds.is_empty() => Volume::Nothing,
+        Some((ShapeKind::Sphere, row)) => {
+            let (center, radius) = g.spheres.row(*row as usize);
+            Volume::Ball { center, radius }
+        }
+        _ => Volume::Box(bounds),
+    }
 }

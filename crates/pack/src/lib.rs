@@ -29,7 +29,7 @@ pub mod packer;
 pub mod surfaces;
 pub mod view;
 
-pub use bounds::Aabb;
+pub use bounds::{Aabb, Volume};
 pub use changes::{Changes, LightChange, MaterialChange, SurfaceChange};
 pub use columns::Columns;
 pub use geometry::{Geometry, ShapeKind};

@@ -7,7 +7,7 @@ use crate::lighting;
 use crate::mirror;
 use crate::palette::{PaletteIndex, Slot};
 use crate::stream::{RayTally, Stream};
-use crate::trees::{Level, Trees};
+use crate::trees::{Level, Points, Trees};
 use fearless_simd::dispatch;
 use reflet_accel::{Accel, HitCode, RayCounts, Rays, Scratch};
 use reflet_pack::surfaces::Cells;
@@ -55,6 +55,8 @@ pub struct Tracer<'a> {
     pub columns: &'a Columns,
     /// The same scene's primitives, to intersect with.
     pub accel: &'a Accel,
+    /// Whether trees made from scratch keep where their rays ended.
+    pub points: Points,
 }
 
 /// What of kept trees is found anew. Rays are cast only for that.
@@ -80,6 +82,7 @@ impl Tracer<'_> {
     /// Makes the ray trees of one sample of a tile from scratch.
     pub fn grow(&self, rect: TileRect, sample: u32, trees: &mut Trees, s: &mut TraceScratch) {
         trees.clear();
+        trees.points = self.points;
         s.palette.start(&[], self.columns.surfaces.len());
         s.known.clear();
         camera::rays(&self.columns.view, rect, sample, &mut s.fresh.rays);
@@ -89,7 +92,7 @@ impl Tracer<'_> {
     }
 
     /// Makes the trees of some of a tile's pixels from scratch. At level 0 they have one row a
-    /// pixel of `pixels`, whose parent is the pixel.
+    /// pixel of `pixels`, whose parent is the pixel. They keep their points.
     pub(crate) fn grow_some(
         &self,
         (rect, sample): (TileRect, u32),
@@ -98,6 +101,7 @@ impl Tracer<'_> {
         s: &mut TraceScratch,
     ) {
         trees.clear();
+        trees.points = Points::Kept;
         s.palette.start(&trees.palette, self.columns.surfaces.len());
         s.known.clear();
         camera::rays(&self.columns.view, rect, sample, &mut s.next);
@@ -156,7 +160,11 @@ impl Tracer<'_> {
             let kept = trees.levels[depth].len();
             self.replay(&trees.levels[depth], s);
             self.intersect(s);
+            let points = trees.points;
             let level = &mut trees.levels[depth];
+            if points == Points::Kept {
+                place(level, &s.fresh);
+            }
             if revision.cells == PatternCells::Again {
                 self.look_up_cells(level, &mut trees.palette, s);
             }
@@ -172,9 +180,8 @@ impl Tracer<'_> {
     /// Finds the points of the level's own nodes again, without a traversal.
     fn replay(&self, level: &Level, s: &mut TraceScratch) {
         s.replayed += s.known.rays.len() as u64;
-        s.known.replay(self.columns, &level.code);
         let g = &self.columns.geometry;
-        dispatch!(self.accel.level(), simd => s.known.find(simd, g));
+        dispatch!(self.accel.level(), simd => s.known.replay(simd, g, &level.code));
     }
 
     /// Finds what the new rays hit.
@@ -258,7 +265,7 @@ impl Tracer<'_> {
         self.accel.any(&s.shadow, &mut s.occluded, &mut s.accel, &mut s.counts);
         for (row, hidden) in s.shadow_rows.iter().zip(&s.occluded) {
             if *hidden {
-                out[usize::from(*row)] = 0.0;
+                out[usize::from(*row)] = -0.0;
             }
         }
     }
@@ -318,6 +325,15 @@ impl Tracer<'_> {
         dispatch!(self.accel.level(), simd => mirror::reflect(
             simd, &from.rays, &from.points, codes, rows, out
         ));
+    }
+}
+
+/// Appends where the rays of a stream ended.
+pub(crate) fn place(level: &mut Level, stream: &Stream) {
+    for (k, column) in level.at.iter_mut().enumerate() {
+        let ends = stream.points.p[k].iter().zip(&stream.rays.dir[k]).zip(&stream.hits.code);
+        let ends = ends.map(|((p, d), code)| if code.is_none() { *d } else { *p });
+        column.extend(ends.take(stream.rays.len()));
     }
 }
 

@@ -16,7 +16,8 @@
 //! | [`mirror`] | which nodes reflect, and where to |
 //! | `stream` | the rays of a level on their way to becoming nodes |
 //! | [`grow`] | these in turn: the first pass |
-//! | [`touch`] | which trees a moved surface can have changed |
+//! | [`touch`] | the trees that a moved surface can have changed, made anew |
+//! | `segment` | whether a segment of a tree meets a volume |
 //! | [`colours`] | what only shading reads, for each frame of a batch |
 //! | [`shade`] | the second pass |
 
@@ -28,6 +29,7 @@ pub mod interact;
 pub mod lighting;
 pub mod mirror;
 pub mod palette;
+mod segment;
 pub mod shade;
 mod stream;
 pub mod touch;
@@ -39,4 +41,4 @@ pub use grow::{PatternCells, Revision, TraceScratch, Tracer};
 pub use shade::{Colour, ShadeScratch, Shader};
 pub use stream::RayTally;
 pub use touch::Moved;
-pub use trees::Trees;
+pub use trees::{Points, Trees};

@@ -18,16 +18,9 @@ pub fn reflect<S: Simd>(
 ) {
     out.resize(rows.len());
     for (chunk, first) in rows.chunks(LANES).zip((0..).step_by(LANES)) {
-        let gather = |c: &[Vec<f32>; 3]| -> V3<S> {
-            let mut lanes = [[0.0; LANES]; 3];
-            for (lane, row) in chunk.iter().enumerate() {
-                let row = usize::from(*row);
-                (lanes[0][lane], lanes[1][lane], lanes[2][lane]) =
-                    (c[0][row], c[1][row], c[2][row]);
-            }
-            load3(simd, [&lanes[0], &lanes[1], &lanes[2]])
-        };
-        let (d, n, start) = (gather(&rays.dir), gather(&points.n), gather(&points.start));
+        let d = gather(simd, &rays.dir, chunk);
+        let n = gather(simd, &points.n, chunk);
+        let start = gather(simd, &points.start, chunk);
         let along = dot(d, n);
         let twice = along + along;
         let v = [d[0] - twice * n[0], d[1] - twice * n[1], d[2] - twice * n[2]];
@@ -43,4 +36,17 @@ pub fn reflect<S: Simd>(
         }
     }
     out.pad();
+}
+
+/// The rows of three columns, a lane each. (A function: closures are not inlined into kernels.)
+#[inline(always)]
+fn gather<S: Simd>(simd: S, columns: &[Vec<f32>; 3], rows: &[u16]) -> V3<S> {
+    let mut lanes = [[0.0; LANES]; 3];
+    for (lane, row) in rows.iter().enumerate() {
+        let row = usize::from(*row);
+        for k in 0..3 {
+            lanes[k][lane] = columns[k][row];
+        }
+    }
+    load3(simd, [&lanes[0], &lanes[1], &lanes[2]])
 }

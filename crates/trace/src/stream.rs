@@ -2,8 +2,9 @@
 
 use crate::interact::Interactions;
 use fearless_simd::Simd;
-use reflet_accel::{HitCode, Hits, Rays, brute};
-use reflet_pack::{Columns, Geometry};
+use reflet_accel::lanes::LANES;
+use reflet_accel::{HitCode, Hits, Rays, known};
+use reflet_pack::Geometry;
 
 /// Rays cast, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,21 +62,17 @@ impl Stream {
         self.points.find(simd, g, &self.rays, &self.hits);
     }
 
-    /// Finds t of hits that are known but for it: the same kernel gives the same bits.
-    pub fn replay(&mut self, columns: &Columns, codes: &[HitCode]) {
+    /// Finds t of hits that are known but for it, and the points: the same kernel gives the same
+    /// bits.
+    #[inline(always)]
+    pub fn replay<S: Simd>(&mut self, simd: S, g: &Geometry, codes: &[HitCode]) {
         let len = self.rays.len();
-        let padded = len.next_multiple_of(reflet_accel::lanes::LANES);
-        self.hits.t.clear();
+        let padded = len.next_multiple_of(LANES);
         self.hits.t.resize(padded, 0.0);
         self.hits.code.clear();
         self.hits.code.extend_from_slice(&codes[..len]);
         self.hits.code.resize(padded, HitCode::NONE);
-        for (row, code) in codes[..len].iter().enumerate() {
-            let o = [0, 1, 2].map(|k| self.rays.origin[k][row]);
-            let d = [0, 1, 2].map(|k| self.rays.dir[k][row]);
-            let last = self.rays.last[row];
-            let hit = code.prim().and_then(|prim| brute::hit(&columns.geometry, prim, o, d, last));
-            self.hits.t[row] = hit.map_or(f32::INFINITY, |h| h.0);
-        }
+        known::distances(simd, g, &self.rays, &self.hits.code, &mut self.hits.t);
+        self.find(simd, g);
     }
 }

@@ -1,29 +1,30 @@
-//! Which trees a moved surface can have changed, and how they are made anew.
+//! The trees that a moved surface can have changed, made anew.
 //!
 //! By the definition of a hit (see `reflet-accel`) a ray's answer can differ only if it hit a
-//! surface that changed, or passes the new box of one no later than its hit; a shadow ray's only if
-//! it was free and passes a new box, or was blocked and passes an old one. So a tree of which no
-//! segment does is exact: the same surfaces give the same bits.
+//! surface that changed, or meets the new shape of one no later than its hit; a shadow ray's only if
+//! it was free and meets a new shape, or was blocked and meets an old one. So a tree of which no
+//! segment does is exact: the same surfaces give the same bits. Segments run between kept points,
+//! with more slack than these were rounded by (see `segment`).
 
 use crate::camera;
 use crate::grid::TileRect;
-use crate::grow::{TraceScratch, Tracer};
-use crate::lighting;
+use crate::grow::{TraceScratch, Tracer, place};
 use crate::mirror;
-use crate::trees::{Level, Trees};
+use crate::segment;
+use crate::trees::{Level, Points, Trees};
 use fearless_simd::dispatch;
-use reflet_accel::{Rays, brute};
-use reflet_pack::{Aabb, LightId, SurfaceId};
+use reflet_accel::Rays;
+use reflet_pack::{LightId, SurfaceId, Volume};
 
 /// Surfaces that moved, appeared, vanished or changed shape.
 #[derive(Clone, Debug, Default)]
 pub struct Moved {
     /// Which, ascending.
     pub surfaces: Vec<SurfaceId>,
-    /// Where each was; empty boxes left out.
-    pub old: Vec<Aabb>,
-    /// Where each is; empty boxes left out.
-    pub new: Vec<Aabb>,
+    /// Where each was, if anywhere.
+    pub old: Vec<Volume>,
+    /// Where each is, if anywhere.
+    pub new: Vec<Volume>,
 }
 
 impl Moved {
@@ -32,19 +33,14 @@ impl Moved {
     }
 }
 
-fn passes(rays: &Rays, row: usize, end: f32, boxes: &[Aabb]) -> bool {
-    let o = [0, 1, 2].map(|k| rays.origin[k][row]);
-    let d = [0, 1, 2].map(|k| rays.dir[k][row]);
-    boxes.iter().any(|b| brute::enter(o, d, b).is_some_and(|entry| entry <= end))
-}
-
 /// Memory of one thread for finding touched trees.
 #[derive(Default)]
 pub struct TouchScratch {
     touched: Vec<Vec<bool>>,
+    /// Of each slot of a tile, whether its surface moved; 0 is a miss.
+    moved_slots: Vec<bool>,
     pixels: Vec<u16>,
     grown: Trees,
-    terms: Vec<f32>,
     next: Rays,
 }
 
@@ -60,7 +56,10 @@ impl Tracer<'_> {
         trees: &mut Trees,
         (s, t): (&mut TraceScratch, &mut TouchScratch),
     ) -> usize {
-        self.find_touched((rect, sample), moved, relit, trees, (s, t));
+        if trees.points == Points::Dropped {
+            self.locate((rect, sample), trees, (s, t));
+        }
+        self.find_touched(moved, relit, trees, (s, t));
         trees.fit_lights(self.columns.lights.len());
         t.pixels.clear();
         let roots = t.touched[0].iter().enumerate();
@@ -74,38 +73,60 @@ impl Tracer<'_> {
         t.pixels.len()
     }
 
-    /// Marks the nodes of touched trees, level by level, by replaying all in the scene of now. Where
-    /// a surface changed that finds anything, but then the node's code says that it is touched.
-    fn find_touched(
+    /// Finds where the rays of trees ended by replaying them in the scene of now. Below a surface
+    /// that changed that finds anything, but then the trees are touched.
+    fn locate(
         &self,
         (rect, sample): (TileRect, u32),
+        trees: &mut Trees,
+        (s, t): (&mut TraceScratch, &mut TouchScratch),
+    ) {
+        camera::rays(&self.columns.view, rect, sample, &mut s.known.rays);
+        for depth in 0..trees.levels.len() {
+            let (level, below) = trees.levels[depth..].split_at_mut(1);
+            let level = &mut level[0];
+            s.replayed += level.len() as u64;
+            let below = below.first().map_or(&[][..], |below| &below.parent);
+            dispatch!(self.accel.level(), simd => {
+                s.known.replay(simd, &self.columns.geometry, &level.code);
+                let (rays, points) = (&s.known.rays, &s.known.points);
+                mirror::reflect(simd, rays, points, &level.code, below, &mut t.next);
+            });
+            place(level, &s.known);
+            std::mem::swap(&mut s.known.rays, &mut t.next);
+        }
+        trees.points = Points::Kept;
+    }
+
+    /// Marks the nodes of touched trees, level by level.
+    fn find_touched(
+        &self,
         moved: &Moved,
         relit: &[LightId],
         trees: &Trees,
         (s, t): (&mut TraceScratch, &mut TouchScratch),
     ) {
-        camera::rays(&self.columns.view, rect, sample, &mut s.known.rays);
+        t.moved_slots.clear();
+        t.moved_slots.push(false);
+        t.moved_slots.extend(trees.palette.iter().map(|slot| moved.contains(slot.surface)));
         t.touched.resize_with(trees.levels.len().max(1), Vec::new);
         for (depth, level) in trees.levels.iter().enumerate() {
-            s.replayed += level.len() as u64;
-            s.tested += level.len() as u64;
-            s.known.replay(self.columns, &level.code);
-            dispatch!(self.accel.level(), simd => s.known.find(simd, &self.columns.geometry));
-            let mut touched = std::mem::take(&mut t.touched[depth]);
+            let touched = &mut t.touched[depth];
             touched.clear();
-            touched.extend((0..level.len()).map(|row| {
-                let hit = level.code[row].prim().map(|prim| self.columns.surface_of(prim));
-                hit.is_some_and(|surface| moved.contains(surface))
-                    || passes(&s.known.rays, row, s.known.hits.t[row], &moved.new)
-            }));
-            self.touch_shadows(moved, relit, level, &mut touched, (s, t));
-            t.touched[depth] = touched;
-            let empty = Level::default();
-            let below = trees.levels.get(depth + 1).unwrap_or(&empty);
-            dispatch!(self.accel.level(), simd => mirror::reflect(
-                simd, &s.known.rays, &s.known.points, &level.code, &below.parent, &mut t.next
-            ));
-            std::mem::swap(&mut s.known.rays, &mut t.next);
+            touched.extend(level.slot.iter().map(|slot| t.moved_slots[usize::from(*slot)]));
+            let above = depth.checked_sub(1).map(|above| &trees.levels[above]);
+            let from = (self.columns.view.eye, above);
+            dispatch!(self.accel.level(), simd => segment::paths(simd, from, level, &moved.new, touched));
+            s.tested += level.len() as u64;
+            for (i, terms) in level.light.iter().enumerate() {
+                let id = LightId(i as u32);
+                if i < self.columns.lights.len() && relit.binary_search(&id).is_err() {
+                    let at = self.columns.light_place(id).at;
+                    let volumes = (&moved.old[..], &moved.new[..]);
+                    dispatch!(self.accel.level(), simd => segment::shadows(simd, level, (at, terms), volumes, touched));
+                    s.tested += level.len() as u64;
+                }
+            }
         }
         // A tree is touched as a whole: first up to the roots, then down to all of it.
         for depth in (1..trees.levels.len()).rev() {
@@ -118,39 +139,6 @@ impl Tracer<'_> {
             let (above, below) = t.touched.split_at_mut(depth);
             for (row, parent) in trees.levels[depth].parent.iter().enumerate() {
                 below[0][row] = above[depth - 1][usize::from(*parent)];
-            }
-        }
-    }
-
-    fn touch_shadows(
-        &self,
-        moved: &Moved,
-        relit: &[LightId],
-        level: &Level,
-        touched: &mut [bool],
-        (s, t): (&mut TraceScratch, &mut TouchScratch),
-    ) {
-        for (i, terms) in level.light.iter().enumerate() {
-            let id = LightId(i as u32);
-            if i >= self.columns.lights.len() || relit.binary_search(&id).is_ok() {
-                continue;
-            }
-            let place = self.columns.light_place(id);
-            t.terms.clear();
-            t.terms.resize(level.len(), 0.0);
-            let (points, out) = (&s.known.points, &mut t.terms);
-            let (shadow, rows) = (&mut s.shadow, &mut s.shadow_rows);
-            dispatch!(self.accel.level(), simd => lighting::aim(
-                simd, &place, points, &level.code, out, shadow, rows
-            ));
-            s.tested += s.shadow_rows.len() as u64;
-            for (ray, row) in s.shadow_rows.iter().enumerate() {
-                let row = usize::from(*row);
-                if !touched[row] {
-                    let free = terms[row] != 0.0;
-                    let boxes = if free { &moved.new } else { &moved.old };
-                    touched[row] = passes(&s.shadow, ray, s.shadow.t_max[ray], boxes);
-                }
             }
         }
     }

@@ -16,8 +16,22 @@ pub struct Level {
     pub total: Vec<f32>,
     /// The node of the level above whose ray this is; at level 0 its pixel.
     pub parent: Vec<u16>,
-    /// One column a light: cos / r, or 0 in shadow.
+    /// One column a light: cos / r; 0 where the light is behind the surface or does not shine
+    /// there, and -0 where something stands before it.
     pub light: Vec<Vec<f32>>,
+    /// Where the ray ended, as three columns: the hit point, or a miss's unit direction. Empty
+    /// unless the trees keep their points.
+    pub at: [Vec<f32>; 3],
+}
+
+/// Whether trees keep where their rays ended: 12 bytes a node, of use only where surfaces move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Points {
+    /// They can be found again by replaying.
+    #[default]
+    Dropped,
+    /// They are kept.
+    Kept,
 }
 
 impl Level {
@@ -36,7 +50,7 @@ impl Level {
         self.slot.clear();
         self.total.clear();
         self.parent.clear();
-        for column in &mut self.light {
+        for column in self.light.iter_mut().chain(&mut self.at) {
             column.clear();
         }
     }
@@ -48,10 +62,10 @@ impl Level {
         retain(&mut self.slot, &keep);
         retain(&mut self.total, &keep);
         retain(&mut self.parent, &keep);
-        self.light.iter_mut().for_each(|column| retain(column, &keep));
+        self.light.iter_mut().chain(&mut self.at).for_each(|column| retain(column, &keep));
     }
 
-    /// Replaces a row, but for its parent, by a row of another level with as many lights.
+    /// Replaces a row, but for its parent, by a row of another level with the same columns.
     pub(crate) fn replace(
         &mut self,
         row: usize,
@@ -62,12 +76,13 @@ impl Level {
         self.code[row] = by.code[from];
         self.slot[row] = slot(by.slot[from]);
         self.total[row] = by.total[from];
-        for (column, new) in self.light.iter_mut().zip(&by.light) {
+        let columns = self.light.iter_mut().chain(&mut self.at);
+        for (column, new) in columns.zip(by.light.iter().chain(&by.at)) {
             column[row] = new[from];
         }
     }
 
-    /// Appends all rows of another level with as many lights.
+    /// Appends all rows of another level with the same columns.
     pub(crate) fn append(
         &mut self,
         other: &Level,
@@ -79,14 +94,16 @@ impl Level {
         self.total.extend_from_slice(&other.total);
         self.parent.extend(other.parent.iter().map(|p| parent(*p)));
         self.light.resize_with(other.light.len(), Vec::new);
-        for (column, new) in self.light.iter_mut().zip(&other.light) {
+        let columns = self.light.iter_mut().chain(&mut self.at);
+        for (column, new) in columns.zip(other.light.iter().chain(&other.at)) {
             column.extend_from_slice(new);
         }
     }
 
     /// The bytes that its columns hold.
     pub fn bytes(&self) -> usize {
-        self.len() * (4 + 2 + 4 + 2 + 4 * self.light.len())
+        let points = self.at.iter().map(Vec::len).sum::<usize>() * 4;
+        self.len() * (4 + 2 + 4 + 2 + 4 * self.light.len()) + points
     }
 }
 
@@ -102,6 +119,8 @@ pub struct Trees {
     pub levels: Vec<Level>,
     /// Which surfaces the nodes lie on: `slot - 1` is the index here.
     pub palette: Vec<Slot>,
+    /// Whether the levels keep where rays ended.
+    pub points: Points,
 }
 
 impl Trees {

@@ -1,0 +1,121 @@
+//! Rays in lanes, each against the one primitive that it is known to hit: no traversal.
+
+use crate::kernels::{self, PlaneLanes, QuadLanes, SphereLanes, TriangleLanes};
+use crate::lanes::{F, LANES, M, PerLane, RayLanes, U, V3, load3};
+use crate::rays::{HitCode, Rays};
+use crate::slab::{self, BoxLanes};
+use fearless_simd::prelude::*;
+use reflet_pack::{Geometry, ShapeKind};
+
+type Lane3 = [[f32; LANES]; 3];
+
+/// Finds how far each ray runs to the primitive of its code, with the bits that a search through
+/// all primitives would give; infinity where a code is [`HitCode::NONE`]. A ray that does not hit
+/// what its code says gets any number.
+///
+/// # Panics
+/// If the columns of `rays`, `codes` or `t` are not padded to whole lanes.
+#[inline(always)]
+pub fn distances<S: Simd>(simd: S, g: &Geometry, rays: &Rays, codes: &[HitCode], t: &mut [f32]) {
+    for first in (0..rays.len()).step_by(LANES) {
+        let lanes = first..first + LANES;
+        let ray = RayLanes::load(simd, rays, first);
+        let found = eight(simd, g, &ray, &codes[lanes.clone()]);
+        found.store_slice(&mut t[lanes]);
+    }
+}
+
+/// Which lanes hold a primitive of each kind, as 1, and its row there.
+struct Kinds {
+    of: [[u32; LANES]; 4],
+    rows: [usize; LANES],
+}
+
+#[inline(always)]
+fn eight<S: Simd>(simd: S, g: &Geometry, ray: &RayLanes<S, PerLane<S>>, codes: &[HitCode]) -> F<S> {
+    let mut kinds = Kinds { of: [[0; LANES]; 4], rows: [0; LANES] };
+    let (mut lo, mut hi): (Lane3, Lane3) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+    let mut code = [0; LANES];
+    let mut present = [false; 4];
+    for lane in 0..LANES {
+        let Some(prim) = codes[lane].prim() else { continue };
+        let (kind, row) = g.shape[prim.index()];
+        kinds.of[kind as usize][lane] = 1;
+        kinds.rows[lane] = row as usize;
+        present[kind as usize] = true;
+        code[lane] = codes[lane].0 & !1;
+        let bounds = &g.bounds[prim.index()];
+        for k in 0..3 {
+            lo[k][lane] = bounds.lo[k];
+            hi[k][lane] = bounds.hi[k];
+        }
+    }
+    let code = U::from_slice(simd, &code);
+    let mut t = F::splat(simd, f32::INFINITY);
+    if present[ShapeKind::Sphere as usize] {
+        let (is, rows) = lanes_of(simd, &kinds, ShapeKind::Sphere);
+        let center = gather(simd, &rows, |row| g.spheres.center.get(row));
+        let radius = gather(simd, &rows, |row| [g.spheres.radius[row]; 3])[0];
+        let hit = kernels::sphere(simd, ray, &SphereLanes { center, radius, code });
+        t = is.select(hit.t, t);
+    }
+    if present[ShapeKind::Plane as usize] {
+        let (is, rows) = lanes_of(simd, &kinds, ShapeKind::Plane);
+        let point = gather(simd, &rows, |row| g.planes.point.get(row));
+        let normal = gather(simd, &rows, |row| g.planes.normal.get(row));
+        let hit = kernels::plane(simd, ray, &PlaneLanes { point, normal, code });
+        t = is.select(hit.t, t);
+    }
+    if present[ShapeKind::Quad as usize] {
+        let (is, rows) = lanes_of(simd, &kinds, ShapeKind::Quad);
+        let corner = |i: usize| gather(simd, &rows, |row| g.quads.corners[i].get(row));
+        let corners = [corner(0), corner(1), corner(2), corner(3)];
+        let normal = gather(simd, &rows, |row| g.quads.normal.get(row));
+        let hit = kernels::quad(simd, ray, &QuadLanes { corners, normal, code });
+        t = is.select(hit.t, t);
+    }
+    if present[ShapeKind::Triangle as usize] {
+        let (is, rows) = lanes_of(simd, &kinds, ShapeKind::Triangle);
+        let corner = |i: usize| gather(simd, &rows, |row| g.triangles.corners[i].get(row));
+        let corners = [corner(0), corner(1), corner(2)];
+        let hit = kernels::triangle(simd, ray, &TriangleLanes { corners, code });
+        t = is.select(hit.t, t);
+    }
+    let bounds = BoxLanes {
+        lo: load3(simd, [&lo[0], &lo[1], &lo[2]]),
+        hi: load3(simd, [&hi[0], &hi[1], &hi[2]]),
+    };
+    let (entry, _) = slab::enter(simd, ray, &bounds);
+    entry.simd_gt(t).select(entry, t)
+}
+
+/// The lanes of a kind, and in each the row of a primitive of that kind: elsewhere that of any.
+#[inline(always)]
+fn lanes_of<S: Simd>(simd: S, kinds: &Kinds, kind: ShapeKind) -> (M<S>, [usize; LANES]) {
+    let of = &kinds.of[kind as usize];
+    let mut any = 0;
+    for lane in 0..LANES {
+        if of[lane] == 1 {
+            any = kinds.rows[lane];
+        }
+    }
+    let mut rows = [any; LANES];
+    for lane in 0..LANES {
+        if of[lane] == 1 {
+            rows[lane] = kinds.rows[lane];
+        }
+    }
+    (U::from_slice(simd, of).simd_eq(1u32), rows)
+}
+
+#[inline(always)]
+fn gather<S: Simd>(simd: S, rows: &[usize; LANES], get: impl Fn(usize) -> [f32; 3]) -> V3<S> {
+    let mut lanes: Lane3 = [[0.0; LANES]; 3];
+    for lane in 0..LANES {
+        let v = get(rows[lane]);
+        lanes[0][lane] = v[0];
+        lanes[1][lane] = v[1];
+        lanes[2][lane] = v[2];
+    }
+    load3(simd, [&lanes[0], &lanes[1], &lanes[2]])
+}
