@@ -3,6 +3,7 @@
 mod checked;
 mod events;
 mod outputs;
+mod resumed;
 mod room;
 mod stopped;
 mod usage;

@@ -125,10 +125,25 @@ struct Run<'a, 'e> {
     cancel: &'a AtomicBool,
 }
 
+/// A frame that was packed and waits to be shaded.
+struct Waiting {
+    report: FrameReport,
+    provenance: Option<Provenance>,
+    fate: Fate,
+}
+
+/// What becomes of a frame once it is shaded.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Fate {
+    Written,
+    /// Its file stands. It is shaded only because frames that waited share their columns with it.
+    Dropped,
+}
+
 /// Frames that were packed and wait to be shaded together: their ray trees are the same.
 #[derive(Default)]
 struct Pending {
-    frames: Vec<(FrameReport, Option<Provenance>)>,
+    frames: Vec<Waiting>,
     /// What differs between the last frame shaded and the first of these; `None` at the very first,
     /// and after frames that were kept.
     changes: Option<Changes>,
@@ -179,23 +194,25 @@ impl Run<'_, '_> {
             // pack, diff
             let changes = stage.with_scene(|scene| self.packer.update(scene));
             let provenance = self.provenance(frame, &changes);
-            if self.stands(frame, provenance.as_ref()) {
-                // What waits has the trees of the columns of now. What comes next differs from them
-                // in this frame's changes too, so it starts afresh.
-                if !pending.frames.is_empty() {
-                    self.shade(&mut pending)?;
-                }
+            let fate = match self.stands(frame, provenance.as_ref()) {
+                true => Fate::Dropped,
+                false => Fate::Written,
+            };
+            if fate == Fate::Dropped && pending.frames.is_empty() {
                 follows = false;
                 continue;
             }
             pending.colours.push(self.packer.columns(), &changes);
             let pack_ns = lap();
             let report = FrameReport { frame, script_ns, pack_ns, ..Default::default() };
-            pending.frames.push((report, provenance));
+            pending.frames.push(Waiting { report, provenance, fate });
             if pending.frames.len() == 1 {
                 pending.changes = follows.then_some(changes);
             }
             follows = true;
+            if fate == Fate::Dropped {
+                self.shade(&mut pending)?;
+            }
         }
         match pending.frames.is_empty() {
             true => Ok(()),
@@ -249,9 +266,14 @@ impl Run<'_, '_> {
         let work = self.engine.render(batch, &mut pictures, self.cancel);
         let work = work.map_err(|_| RenderError::Cancelled)?;
         let shaded = frames.into_iter().zip(pictures);
-        for (i, ((report, provenance), picture)) in shaded.enumerate() {
+        for (i, (waiting, picture)) in shaded.enumerate() {
+            let Waiting { report, provenance, fate } = waiting;
             let picture = Arc::new(picture);
             self.pictures.set_last(&picture);
+            if fate == Fate::Dropped {
+                self.pictures.give_back(picture);
+                continue;
+            }
             let report = told(report, &work, i);
             self.writer.write(Finished { picture, report, provenance });
         }
