@@ -1,5 +1,7 @@
 //! What can be typed: the command line, word by word. What it means together is [`crate::meant`]'s.
 
+use crate::farm::FarmCommand;
+use crate::film::FilmArgs;
 use crate::frames::FrameRanges;
 use crate::merge::MergeArgs;
 use crate::parts::PartArgs;
@@ -61,6 +63,17 @@ pub enum Command {
         before_help = "Examples:\n  reflet render room.rhai -o parts/1.exr --tile 1,1/2x1\n  reflet render room.rhai -o parts/2.exr --tile 2,1/2x1\n  reflet merge parts/*.exr -o room.png"
     )]
     Merge(MergeArgs),
+    /// Join frames on disk to a film
+    #[command(
+        before_help = "Examples:\n  reflet film out/frame-####.png -o room.mp4\n  reflet film out/frame-####.png -o room.webp --fps 12 --frames 0-119:2"
+    )]
+    Film(FilmArgs),
+    /// Write a job for a scheduler: Slurm, Open Job Description, or one command a line
+    #[command(
+        subcommand,
+        before_help = "Examples:\n  reflet farm slurm room.rhai -o out/frame-####.png > job.sh\n  reflet farm commands room.rhai -o out/frame-####.png | parallel"
+    )]
+    Farm(FarmCommand),
     /// Say what a scene holds, and warn of what looks wrong
     #[command(
         before_help = "Examples:\n  reflet check room.rhai\n  reflet check room.rhai --set gloss=1"
@@ -141,12 +154,15 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub part: PartArgs,
     /// The format, whatever the output's ending: png, png16, exr, exr16, qoi, jpg, ppm, pfm, gif,
-    /// apng or y4m
+    /// apng, webp, y4m, mp4 or mkv
     #[arg(long, value_name = "EXT")]
     pub format: Option<String>,
     /// Print one JSON event a line on stdout
     #[arg(long)]
     pub json: bool,
+    /// Print progress on stdout as Open Job Description wants it
+    #[arg(long, conflicts_with = "json")]
+    pub openjd: bool,
 }
 
 /// What `new` takes.

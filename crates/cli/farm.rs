@@ -197,8 +197,7 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     };
     // Numbered as the tasks will number them.
     let usage = |e: reflet_film::TargetError| Failure::usage(e.to_string());
-    let target =
-        Target::parse(args.output.as_os_str(), None, animation.frames).map_err(usage)?;
+    let target = Target::parse(args.output.as_os_str(), None, animation.frames).map_err(usage)?;
     if target.is_stdout() || target.format().is_film() {
         return Err(Failure::usage(
             "the tasks of a farm make a file for each frame: let -o name them, as in \
@@ -226,11 +225,7 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
         more.extend(["--max-operations".into(), args.script.max_operations.to_string()]);
     }
     let work = match args.tiles {
-        None => Work::Frames {
-            frames,
-            chunk: args.chunk.get() as usize,
-            film: args.film.clone(),
-        },
+        None => Work::Frames { frames, chunk: args.chunk.get() as usize, film: args.film.clone() },
         Some(tiles) => match frames[..] {
             [frame] => Work::Tiles { tiles, frame },
             _ => {

@@ -5,6 +5,8 @@ mod check;
 mod completions;
 mod console;
 mod exit;
+mod farm;
+mod film;
 mod frames;
 mod json;
 mod meant;
@@ -41,6 +43,8 @@ fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
         },
         Meant::Verify(meant) => verify::run(&meant, console, &signals),
         Meant::Merge(args) => merge::run(&args, console),
+        Meant::Film(args) => film::run(&args, console, &signals),
+        Meant::Farm(command) => farm::run(&command, console),
         Meant::Check(script) => print(check::run(&script, console)?),
         Meant::Params(script, tell) => {
             let stage = script.load()?;

@@ -4,6 +4,8 @@
 use crate::args::{Command, NewArgs, ParamsArgs, RenderArgs, ScriptArgs, Typed};
 use crate::console::Console;
 use crate::exit::Failure;
+use crate::farm::FarmCommand;
+use crate::film::FilmArgs;
 use crate::frames::FrameRanges;
 use crate::merge::MergeArgs;
 use crate::parts::{PartArgs, Shard};
@@ -26,6 +28,10 @@ pub enum Meant {
     Verify(Render),
     /// Join tiles.
     Merge(MergeArgs),
+    /// Join frames to a film.
+    Film(FilmArgs),
+    /// Write a job for a scheduler.
+    Farm(FarmCommand),
     /// Say what a scene holds.
     Check(Script),
     /// List parameters.
@@ -63,6 +69,8 @@ pub enum Tell {
     People,
     /// Programs: JSON on stdout.
     Programs,
+    /// A scheduler that speaks Open Job Description, on stdout; people are told the rest.
+    Scheduler,
 }
 
 /// How often a scene is rendered.
@@ -118,6 +126,8 @@ impl Meant {
             Command::Render(args) => Self::Render(render(args, console)?),
             Command::Verify(args) => Self::Verify(verify(args, console)?),
             Command::Merge(args) => Self::Merge(args),
+            Command::Film(args) => Self::Film(args),
+            Command::Farm(command) => Self::Farm(command),
             Command::Check(args) => Self::Check(script(args, console)),
             Command::Params(ParamsArgs { script: args, json }) => {
                 Self::Params(script(args, console), tell(json))
@@ -152,6 +162,9 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
     // The animation's length is not known yet, but no other mistake depends on it.
     let target = Target::parse(&output, args.format.as_deref(), 1)
         .map_err(|e| Failure::usage(e.to_string()))?;
+    if target.is_stdout() && args.openjd {
+        return Err(Failure::usage("--openjd and -o - both write to stdout; let -o name a file"));
+    }
     if target.is_stdout() && args.json {
         return Err(Failure::usage(
             "--json and -o - both write to stdout; let -o name a file, or leave --json out",
@@ -178,7 +191,7 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
         resume: if args.part.resume { Resume::Keep } else { Resume::Never },
         shard: args.part.shard,
         tile: args.part.tile,
-        tell: tell(args.json),
+        tell: if args.openjd { Tell::Scheduler } else { tell(args.json) },
         times: if args.watch { Times::AtEachSave } else { Times::Once },
     })
 }

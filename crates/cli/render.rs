@@ -9,7 +9,7 @@ use crate::signals::Signals;
 use reflet_film::{Compression, Target};
 use reflet_frame::{Event, Job, RenderError, Resume, Standing, resume};
 use reflet_script::Stage;
-use std::io;
+use std::io::{self, Write};
 use std::path::PathBuf;
 
 /// Renders once.
@@ -31,6 +31,10 @@ pub fn once(
     read: &mut dyn FnMut(&[PathBuf]),
 ) -> Result<(), Failure> {
     let result = job(meant, console, signals, read);
+    if let (Err(failure), Tell::Scheduler) = (&result, meant.tell) {
+        // Nothing can be told to a scheduler that does not read.
+        let _ = openjd("fail", failure.message.lines().next().unwrap_or("stopped"));
+    }
     if let (Err(failure), Tell::Programs) = (&result, meant.tell)
         && let Err(error) = Line::error(failure).print()
         && error.kind() == io::ErrorKind::BrokenPipe
@@ -76,7 +80,7 @@ fn job(
     match result {
         Ok(summary) => match meant.tell {
             Tell::Programs => Line::done(&summary).print().map_err(|e| unread(&e)),
-            Tell::People => {
+            Tell::People | Tell::Scheduler => {
                 let frames = job.frames.as_deref().unwrap_or_default();
                 let ends = (frames.first().copied(), frames.last().copied());
                 let (first, last) = (ends.0.unwrap_or(0), ends.1.unwrap_or(0));
@@ -173,6 +177,13 @@ fn place(target: &Target, first: u32, last: u32) -> String {
     }
 }
 
+/// Tells a scheduler something in the protocol of Open Job Description.
+fn openjd(key: &str, value: &str) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    writeln!(out, "openjd_{key}: {value}")?;
+    out.flush()
+}
+
 /// An event or the closing line could not be printed.
 fn unread(error: &io::Error) -> Failure {
     match error.kind() {
@@ -211,6 +222,16 @@ impl Teller<'_> {
                 self.signals.cancel();
             }
             return;
+        }
+        if let (Tell::Scheduler, Event::Frame(_) | Event::Kept { .. }) = (self.meant.tell, event) {
+            let (done, frames) = (self.done, self.frames.max(1));
+            let percent = format!("{:.1}", 100.0 * done as f64 / frames as f64);
+            let told = openjd("progress", &percent)
+                .and_then(|()| openjd("status", &format!("{done} of {frames} frames are done")));
+            if let (Err(error), None) = (told, &self.unread) {
+                self.unread = Some(unread(&error));
+                self.signals.cancel();
+            }
         }
         match event {
             Event::Started { frames, .. } => {

@@ -14,8 +14,6 @@ pub fn template(job: &FarmJob) -> Result<String, Failure> {
     let name = job.script.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let (scene_folder, scene) = folder_and_name(&job.script);
     let (out_folder, out) = folder_and_name(&job.output);
-    // Patterns are in the language of templates only where braces are doubled.
-    let more = job.more.clone();
     let output = format!("{{{{Param.OutputFolder}}}}/{out}");
     let mut render: Vec<String> =
         vec!["render".into(), format!("{{{{Param.SceneFolder}}}}/{scene}"), "-o".into()];
@@ -60,8 +58,7 @@ pub fn template(job: &FarmJob) -> Result<String, Failure> {
             let part = |column: &str, row: &str| format!("{output}.parts/{column}-{row}.exr");
             render.push(part("{{Task.Param.Column}}", "{{Task.Param.Row}}"));
             let (columns, rows) = (tiles.columns, tiles.rows);
-            let tile =
-                format!("{{{{Task.Param.Column}}}},{{{{Task.Param.Row}}}}/{columns}x{rows}");
+            let tile = format!("{{{{Task.Param.Column}}}},{{{{Task.Param.Row}}}}/{columns}x{rows}");
             render.extend(["--frames".into(), frame.to_string(), "--tile".into(), tile]);
             let space = json!({
                 "taskParameterDefinitions": [
@@ -77,7 +74,7 @@ pub fn template(job: &FarmJob) -> Result<String, Failure> {
             (space, Some(("Merge", words)))
         }
     };
-    render.extend(more);
+    render.extend(job.more.iter().cloned());
     render.extend(["--resume".into(), "--openjd".into()]);
     let mut steps = vec![json!({
         "name": "Render",

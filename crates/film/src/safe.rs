@@ -6,7 +6,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, ErrorKind, IoSlice, Write};
+use std::io::{self, ErrorKind, IoSlice, Seek, SeekFrom, Write};
 use std::path::{Component, Path, PathBuf};
 
 /// An output that is being written. Unless it is committed, dropping it leaves no trace.
@@ -234,6 +234,26 @@ impl SafeFile {
             let _ = file.set_permissions(meta.permissions());
         }
         Ok(Self { name: path.to_owned(), sink: Sink::Beside { file, temporary, place } })
+    }
+
+    /// Where the bytes are until the file gets its name; `None` if they are written through.
+    pub fn temporary(&self) -> Option<&Path> {
+        match &self.sink {
+            Sink::Beside { temporary, .. } => temporary.path.as_deref(),
+            Sink::Through(_) | Sink::Stdout(_) => None,
+        }
+    }
+
+    /// Writes over bytes written before.
+    ///
+    /// # Errors
+    /// What is written through cannot be written over; what the system says.
+    pub fn overwrite(&mut self, offset: u64, bytes: &[u8]) -> io::Result<()> {
+        let Sink::Beside { file, .. } = &mut self.sink else {
+            return Err(io::Error::from(ErrorKind::NotSeekable));
+        };
+        let written = file.seek(SeekFrom::Start(offset)).and_then(|_| file.write_all(bytes));
+        written.map_err(|error| explain("write", &self.name, &error))
     }
 
     /// The standard output.

@@ -151,9 +151,7 @@ pub fn encode_still(
         Format::Jpeg => jpeg(picture, options.jpeg_quality).map(Encoded::whole),
         Format::Ppm => Ok(Encoded::whole(netpbm::ppm(picture))),
         Format::Pfm => Ok(Encoded::whole(netpbm::pfm(picture))),
-        Format::Gif | Format::Apng | Format::Y4m => {
-            Err(invalid(format!("{format} is a film: its frames go through a FilmWriter")))
-        }
+        film => Err(invalid(format!("{film} is a film: its frames go through a FilmWriter"))),
     }
 }
 

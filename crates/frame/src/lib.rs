@@ -13,12 +13,14 @@
 //! | [`resume`] | which files stand, and which are made anew |
 //! | [`verify`] | a finished sequence, checked |
 //! | [`tiles`], [`merge`] | parts of one huge picture, and the whole |
+//! | [`join`] | frames on disk to a film |
 //! | [`output`] | pictures to files, while the next frame is traced |
 //! | [`memory`] | what this machine has |
 
 pub mod engine;
 pub mod event;
 pub mod job;
+pub mod join;
 pub mod memory;
 pub mod merge;
 pub mod output;
@@ -34,6 +36,7 @@ pub mod verify;
 pub use engine::{Batch, Engine, EngineOptions};
 pub use event::{Event, FrameReport, RenderError, Summary};
 pub use job::{Draft, Job, Reuse};
+pub use join::{JoinError, join};
 pub use merge::{MergeError, Merged, merge};
 pub use resume::{Resume, Standing};
 pub use run::render;

@@ -1,8 +1,9 @@
 //! Parts of one huge picture to the whole, byte for byte as if made in one piece.
 
+use crate::join::encode_picture;
 use crate::provenance::{FileSettings, Part, Provenance};
 use reflet_film::{
-    Compression, Format, Layout, Picture, SafeFile, Sample, SampleKind, StillOptions, Transfer,
+    Compression, Format, Layout, Picture, SafeFile, SampleKind, StillOptions, Transfer,
     TransferTable, decode_still, encode_sealed, manifest_path, texts,
 };
 use reflet_pack::TransferCurve;
@@ -90,7 +91,7 @@ pub fn merge(
         floats
     } else {
         let mut picture = Picture::try_new(layout, kind).map_err(|e| memory(&e))?;
-        encode(&floats, &TransferTable::new(transfer, kind), &mut picture);
+        encode_picture(&floats, &TransferTable::new(transfer, kind), &mut picture);
         picture
     };
     let settings = FileSettings { format, compression, ..first.settings };
@@ -198,17 +199,4 @@ fn paste(path: &Path, part: &Part, whole: &mut Picture) -> Result<(), MergeError
         whole.set_row(x, y + line, &row);
     }
     Ok(())
-}
-
-/// Intensities to samples, tile by tile.
-fn encode(floats: &Picture, table: &TransferTable, picture: &mut Picture) {
-    let chunk = floats.layout().chunk_len();
-    let Some(samples) = <f32 as Sample>::of(floats.samples()) else { return };
-    let mut colours = Vec::with_capacity(chunk / 3);
-    for mut tile in picture.tiles_mut() {
-        colours.clear();
-        let triples = samples[tile.index * chunk..][..chunk].as_chunks::<3>().0;
-        colours.extend(triples.iter().map(|[r, g, b]| [*r, *g, *b, 0.0]));
-        table.encode_tile(&colours, &mut tile.samples);
-    }
 }

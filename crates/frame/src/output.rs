@@ -6,10 +6,10 @@ use crate::provenance::Provenance;
 use crate::resume::{self, Standing};
 use rayon::ThreadPool;
 use reflet_film::{
-    Compression, FilmSpec, FilmWriter, Folders, Fps, KeptBands, PendingFolders, Picture, SafeFile,
-    Sealed, StillOptions, Target, encode_sealed, encode_still, manifest_path,
+    Compression, FilmSink, FilmSpec, FilmWriter, Folders, Fps, KeptBands, PendingFolders, Picture,
+    SafeFile, Sealed, StillOptions, Target, encode_sealed, encode_still, manifest_path,
 };
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -46,26 +46,8 @@ pub struct Output<'a> {
 
 enum Sink {
     Stills { kept: KeptBands, folders: PendingFolders, place: Folders },
-    Film { writer: Box<FilmWriter<Counted>>, bytes: Arc<AtomicU64> },
+    Film { writer: Box<FilmWriter<FilmSink>>, bytes: Arc<AtomicU64> },
     Done,
-}
-
-/// A file that counts its bytes where the film's owner can see them.
-struct Counted {
-    file: BufWriter<SafeFile>,
-    bytes: Arc<AtomicU64>,
-}
-
-impl Write for Counted {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let n = self.file.write(bytes)?;
-        self.bytes.fetch_add(n as u64, Ordering::Relaxed);
-        Ok(n)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
-    }
 }
 
 impl<'a> Output<'a> {
@@ -78,9 +60,10 @@ impl<'a> Output<'a> {
     ) -> Result<Self, (PathBuf, std::io::Error)> {
         let sink = if target.format().is_film() {
             let fail = |e| (target.path_for(0), e);
-            let file = target.open(0).map_err(fail)?;
-            let bytes = Arc::new(AtomicU64::new(0));
-            let file = Counted { file: BufWriter::new(file), bytes: bytes.clone() };
+            // A film that ffmpeg was to finish may have been left by a killed process.
+            crate::resume::sweep(&target, &[0])?;
+            let file = FilmSink::open(&target).map_err(fail)?;
+            let bytes = file.counter();
             let spec = FilmSpec {
                 format: target.format(),
                 width: info.size[0],
@@ -151,10 +134,10 @@ impl<'a> Output<'a> {
     pub fn finish(&mut self, last: u32) -> Result<(), RenderError> {
         let result = match std::mem::replace(&mut self.sink, Sink::Done) {
             Sink::Stills { mut folders, .. } => folders.sync(),
-            Sink::Film { writer, .. } => (*writer)
-                .finish()
-                .and_then(|counted| counted.file.into_inner().map_err(|e| e.into_error()))
-                .and_then(SafeFile::commit),
+            Sink::Film { writer, .. } => {
+                let patch = writer.patch();
+                (*writer).finish().and_then(|sink| sink.commit(patch))
+            }
             Sink::Done => Ok(()),
         };
         let path = self.target.path_for(last);
