@@ -197,7 +197,8 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     };
     // Numbered as the tasks will number them.
     let usage = |e: reflet_film::TargetError| Failure::usage(e.to_string());
-    let target = Target::parse(args.output.as_os_str(), None, animation.frames).map_err(usage)?;
+    let numbered = if args.tiles.is_some() { 1 } else { animation.frames };
+    let target = Target::parse(args.output.as_os_str(), None, numbered).map_err(usage)?;
     if target.is_stdout() || target.format().is_film() {
         return Err(Failure::usage(
             "the tasks of a farm make a file for each frame: let -o name them, as in \

@@ -84,7 +84,10 @@ fn job(
                 let frames = job.frames.as_deref().unwrap_or_default();
                 let ends = (frames.first().copied(), frames.last().copied());
                 let (first, last) = (ends.0.unwrap_or(0), ends.1.unwrap_or(0));
-                console.say(&progress::summary(&summary, &place(&job.target, first, last)));
+                if summary.frames > 0 {
+                    let place = place(&job.target, first, last);
+                    console.say(&progress::summary(&summary, &place));
+                }
                 if job.resume == Resume::Keep {
                     console.say(&kept(summary.kept, &teller.missing));
                 } else if summary.remade > 0 && meant.times == Times::Once {
@@ -116,7 +119,9 @@ pub fn planned(meant: &Render, stage: &Stage) -> Result<Option<Job>, Failure> {
         )));
     }
     let frames = meant.shard.map_or_else(|| frames.clone(), |shard| shard.of(&frames));
-    let target = Target::parse(&meant.output, meant.format.as_deref(), count)
+    // A tile is a part of one picture, so its name takes no number by itself.
+    let numbered = if meant.tile.is_some() { 1 } else { count };
+    let target = Target::parse(&meant.output, meant.format.as_deref(), numbered)
         .map_err(|e| Failure::usage(e.to_string()))?;
     if frames.is_empty() {
         return Ok(None);

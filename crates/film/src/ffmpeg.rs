@@ -73,19 +73,23 @@ impl Ffmpeg {
         Ok(Self { child, pipe, told, file: Some(file) })
     }
 
-    /// Waits until ffmpeg is done, and gives the file its name.
+    /// Waits until ffmpeg is done, gives the file its name, and tells its length in bytes.
     ///
     /// # Errors
     /// What ffmpeg says; what the system says.
-    pub fn commit(mut self) -> io::Result<()> {
+    pub fn commit(mut self) -> io::Result<u64> {
         drop(self.pipe.take());
         let status = self.child.wait()?;
         if !status.success() {
             return Err(self.failure());
         }
         match self.file.take() {
-            Some(file) => file.commit(),
-            None => Ok(()),
+            Some(file) => {
+                let length = file.temporary().map(std::fs::metadata).transpose()?;
+                file.commit()?;
+                Ok(length.map_or(0, |about| about.len()))
+            }
+            None => Ok(0),
         }
     }
 

@@ -32,7 +32,7 @@ impl std::fmt::Display for JoinError {
 impl std::error::Error for JoinError {}
 
 /// Joins the frames at `paths`, in their order, to the film that `target` names. `joined` is told
-/// how many are in.
+/// how many are in. Gives the film's length in bytes.
 ///
 /// # Errors
 /// A frame that is not there, damaged, no PNG, EXR or PPM, or of another size; the film; `cancel`
@@ -62,7 +62,6 @@ pub fn join(
     let output = JoinError::Output;
     crate::resume::sweep(target, &[0]).map_err(|(_, error)| output(error))?;
     let sink = FilmSink::open(target).map_err(output)?;
-    let bytes = sink.counter();
     let mut film = FilmWriter::new(sink, spec).map_err(output)?;
     let mut next = Some(first);
     for (index, path) in paths.iter().enumerate() {
@@ -84,8 +83,7 @@ pub fn join(
         joined(index + 1);
     }
     let patch = film.patch();
-    film.finish().and_then(|sink| sink.commit(patch)).map_err(output)?;
-    Ok(bytes.load(Ordering::Relaxed))
+    film.finish().and_then(|sink| sink.commit(patch)).map_err(output)
 }
 
 fn wrong(path: &Path, what: impl std::fmt::Display) -> JoinError {

@@ -130,15 +130,16 @@ impl<'a> Output<'a> {
         result.map_err(|error| RenderError::Output { frame: index, path, error })
     }
 
-    /// Ends the film, or syncs the folders; `last` is the last frame, for a message.
-    pub fn finish(&mut self, last: u32) -> Result<(), RenderError> {
+    /// Ends the film and gives its length in bytes, or syncs the folders; `last` is the last frame,
+    /// for a message.
+    pub fn finish(&mut self, last: u32) -> Result<Option<u64>, RenderError> {
         let result = match std::mem::replace(&mut self.sink, Sink::Done) {
-            Sink::Stills { mut folders, .. } => folders.sync(),
+            Sink::Stills { mut folders, .. } => folders.sync().map(|()| None),
             Sink::Film { writer, .. } => {
                 let patch = writer.patch();
-                (*writer).finish().and_then(|sink| sink.commit(patch))
+                (*writer).finish().and_then(|sink| sink.commit(patch)).map(Some)
             }
-            Sink::Done => Ok(()),
+            Sink::Done => Ok(None),
         };
         let path = self.target.path_for(last);
         result.map_err(|error| RenderError::Output { frame: last, path, error })

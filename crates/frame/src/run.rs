@@ -98,7 +98,8 @@ pub fn render(
     // Files of frames that were written stand, whatever ended the job.
     match result {
         Ok(mut summary) => {
-            output.finish(frames.last().copied().unwrap_or(0))?;
+            let film = output.finish(frames.last().copied().unwrap_or(0))?;
+            summary.bytes = film.unwrap_or(summary.bytes);
             summary.elapsed_ns = nanoseconds(begin);
             Ok(summary)
         }

@@ -49,23 +49,24 @@ impl FilmSink {
         Ok(Self { to, bytes: Arc::default() })
     }
 
-    /// How many bytes were written so far, now and later; to ffmpeg, if that encodes.
+    /// How many bytes were written so far, now and later; 0 where ffmpeg writes them.
     pub fn counter(&self) -> Arc<AtomicU64> {
         self.bytes.clone()
     }
 
-    /// Writes what the head lacks, and gives the file its name.
+    /// Writes what the head lacks, gives the file its name, and tells its length in bytes.
     ///
     /// # Errors
     /// What the system says, or ffmpeg.
-    pub fn commit(self, patch: Option<Patch>) -> io::Result<()> {
+    pub fn commit(self, patch: Option<Patch>) -> io::Result<u64> {
         match self.to {
             To::File(file) => {
                 let mut file = file.into_inner().map_err(|error| error.into_error())?;
                 if let Some(patch) = patch {
                     file.overwrite(patch.offset, &patch.bytes)?;
                 }
-                file.commit()
+                file.commit()?;
+                Ok(self.bytes.load(Ordering::Relaxed))
             }
             To::Ffmpeg(pipe) => pipe.into_inner().map_err(|error| error.into_error())?.commit(),
         }
@@ -74,12 +75,14 @@ impl FilmSink {
 
 impl Write for FilmSink {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let n = match &mut self.to {
-            To::File(file) => file.write(bytes),
+        match &mut self.to {
+            To::File(file) => {
+                let n = file.write(bytes)?;
+                self.bytes.fetch_add(n as u64, Ordering::Relaxed);
+                Ok(n)
+            }
             To::Ffmpeg(pipe) => pipe.write(bytes),
-        }?;
-        self.bytes.fetch_add(n as u64, Ordering::Relaxed);
-        Ok(n)
+        }
     }
 
     fn flush(&mut self) -> io::Result<()> {
