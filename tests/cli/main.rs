@@ -2,6 +2,7 @@
 
 mod checked;
 mod events;
+mod farmed;
 mod outputs;
 mod resumed;
 mod room;
