@@ -9,6 +9,7 @@ use crate::verify::VerifyArgs;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use reflet_accel::Isa;
+use reflet_film::Compression;
 use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::PathBuf;
 
@@ -28,6 +29,12 @@ Examples:
   reflet render room.rhai -o room.png --size 1920x1080 --set gloss=0.7
   reflet render room.rhai -o room.png --frames 57 --draft --watch
   reflet render room.rhai -o - | ffmpeg -i - room.mp4";
+
+const PROFILE_EXAMPLES: &str = "\
+Examples:
+  reflet profile --spheres balls.npy --rays camera.npy
+  reflet profile --mesh bunny.obj --rays shadow.npy --any --json
+  reflet profile --verts v.npy --tris t.npy --rays r.npy --hits hits.npy --isa all --threads 1,2";
 
 const CODES: &str = "\
 Exit codes:
@@ -79,6 +86,9 @@ pub enum Command {
         before_help = "Examples:\n  reflet check room.rhai\n  reflet check room.rhai --set gloss=1"
     )]
     Check(ScriptArgs),
+    /// Measure how fast rays are cast at primitives
+    #[command(before_help = PROFILE_EXAMPLES, after_help = CODES)]
+    Profile(ProfileArgs),
     /// Write a commented starter scene
     #[command(before_help = "Examples:\n  reflet new room           writes room.rhai")]
     New(NewArgs),
@@ -157,12 +167,68 @@ pub struct RenderArgs {
     /// apng, webp, y4m, mp4 or mkv
     #[arg(long, value_name = "EXT")]
     pub format: Option<String>,
+    /// How much time a smaller PNG or EXR is worth: fast, balanced or small; all are lossless
+    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = compression)]
+    pub compression: Compression,
     /// Print one JSON event a line on stdout
     #[arg(long)]
     pub json: bool,
     /// Print progress on stdout as Open Job Description wants it
     #[arg(long, conflicts_with = "json")]
     pub openjd: bool,
+    /// Say of every frame what changed, what was redone for it and why
+    #[arg(short, long)]
+    pub verbose: bool,
+}
+
+/// What `profile` takes.
+#[derive(Debug, Args)]
+pub struct ProfileArgs {
+    /// Spheres: a .npy array of (n, 4) f32, centre and radius
+    #[arg(long, value_name = "S.npy", group = "primitives")]
+    pub spheres: Option<PathBuf>,
+    /// Triangles: an OBJ file
+    #[arg(long, value_name = "M.obj", group = "primitives")]
+    pub mesh: Option<PathBuf>,
+    /// Triangles: a .npy array of (n, 3) f32, the positions of their corners
+    #[arg(long, value_name = "V.npy", group = "primitives", requires = "tris")]
+    pub verts: Option<PathBuf>,
+    /// Triangles: a .npy array of (n, 3) u32, three rows of --verts each
+    #[arg(long, value_name = "T.npy", requires = "verts")]
+    pub tris: Option<PathBuf>,
+    /// Rays: a .npy array of (n, 8) f32: origin, tmin, unit direction, tmax
+    #[arg(long, value_name = "R.npy", requires = "primitives")]
+    pub rays: PathBuf,
+    /// Ask only whether each ray hits anything
+    #[arg(long)]
+    pub any: bool,
+    /// Write the answers: a .npy array of (n,) with the fields t (f32) and prim (u32)
+    #[arg(long, value_name = "OUT.npy")]
+    pub hits: Option<PathBuf>,
+    /// The kernels: scalar, sse2, sse4.2, avx2, avx512, neon, auto, or all that this machine has
+    #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = isas)]
+    pub isa: Isas,
+    /// Threads, at most 1024; with commas, one measurement each
+    #[arg(long, value_name = "N,...", default_value = "1", value_delimiter = ',', value_parser = threads)]
+    pub threads: Vec<NonZeroUsize>,
+    /// How often; the median counts
+    #[arg(long, value_name = "N", default_value = "5")]
+    pub repeat: NonZeroUsize,
+    /// Print one JSON object a measurement on stdout
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Levels to measure.
+#[derive(Clone, Debug)]
+pub struct Isas(pub Vec<Isa>);
+
+fn isas(text: &str) -> Result<Isas, String> {
+    if text == "all" {
+        return Ok(Isas(Isa::available().collect()));
+    }
+    let isa = text.parse::<Isa>().map_err(|e| format!("{e}, or all"))?;
+    Ok(Isas(vec![isa]))
 }
 
 /// What `new` takes.
@@ -200,6 +266,15 @@ pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     match (edge(w), edge(h)) {
         (Some(w), Some(h)) => Ok((w, h)),
         _ => Err("width and height are whole numbers from 1 to 65535, as in 1280x720".into()),
+    }
+}
+
+pub(crate) fn compression(text: &str) -> Result<Compression, String> {
+    match text {
+        "fast" => Ok(Compression::Fast),
+        "balanced" => Ok(Compression::Balanced),
+        "small" => Ok(Compression::Small),
+        _ => Err("one of fast, balanced and small".into()),
     }
 }
 

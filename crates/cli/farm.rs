@@ -9,7 +9,7 @@ use crate::console::{Console, print};
 use crate::exit::Failure;
 use crate::frames::FrameRanges;
 use clap::{Args, Subcommand};
-use reflet_film::{Format, Target};
+use reflet_film::{Compression, Format, Target};
 use reflet_frame::resume::ranges;
 use reflet_script::{Options, Source, Stage};
 use std::num::NonZeroU32;
@@ -50,6 +50,9 @@ pub struct FarmArgs {
     /// The pictures' size instead of the script's
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = crate::args::size)]
     pub size: Option<(u32, u32)>,
+    /// How much time a smaller PNG or EXR is worth: fast, balanced or small
+    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::args::compression)]
+    pub compression: Compression,
     /// Frames a task
     #[arg(long, value_name = "N", default_value = "10")]
     pub chunk: NonZeroU32,
@@ -90,6 +93,8 @@ struct FarmJob {
     output: PathBuf,
     /// Arguments that every task has: `--set`, `--size` and the like.
     more: Vec<String>,
+    /// How the whole of tiles is compressed, if not as usual.
+    compression: Option<&'static str>,
     fps: f64,
     work: Work,
 }
@@ -109,6 +114,12 @@ impl FarmJob {
         words.extend(self.more.iter().cloned());
         words.push("--resume".into());
         words
+    }
+
+    /// The option that compresses the whole of tiles.
+    fn compressed(&self) -> Vec<String> {
+        let name = self.compression.into_iter();
+        name.flat_map(|name| ["--compression".into(), name.into()]).collect()
     }
 
     /// The folder of a picture's parts.
@@ -132,6 +143,7 @@ impl FarmJob {
             ]),
             Work::Tiles { tiles, .. } => {
                 let mut words = vec!["merge".into(), "-o".into(), text(&self.output)];
+                words.extend(self.compressed());
                 let places = (1..=tiles.rows)
                     .flat_map(|row| (1..=tiles.columns).map(move |column| (column, row)));
                 words.extend(places.map(|(c, r)| format!("{}/{c}-{r}.exr", self.parts())));
@@ -225,6 +237,15 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     if args.script.max_operations.get() != Options::default().max_operations {
         more.extend(["--max-operations".into(), args.script.max_operations.to_string()]);
     }
+    let compression = match args.compression {
+        Compression::Fast => None,
+        Compression::Balanced => Some("balanced"),
+        Compression::Small => Some("small"),
+    };
+    // The compression of parts is not that of the whole.
+    if let (Some(name), None) = (compression, args.tiles) {
+        more.extend(["--compression".into(), name.into()]);
+    }
     let work = match args.tiles {
         None => Work::Frames { frames, chunk: args.chunk.get() as usize, film: args.film.clone() },
         Some(tiles) => match frames[..] {
@@ -241,6 +262,7 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
         script: args.script.script.clone(),
         output: args.output.clone(),
         more,
+        compression,
         fps: animation.fps,
         work,
     })

@@ -7,14 +7,15 @@
 //! | `swept` | a killed process's file was removed | `path` |
 //! | `kept` | a frame's file stands | `frame`, `path` |
 //! | `again` | a frame's file does not stand | `frame`, `path`, `why` |
-//! | `frame` | a frame is on disk | `frame`, `path`, `ms`, `rays`, ... |
+//! | `frame` | a frame is on disk | `frame`, `path`, `ms`, `rays`, `changed`, ... |
 //! | `error` | the render failed; the last line then | `exit`, `message` |
 //! | `done` | all frames are on disk; the last line | `frames`, `ms`, `rays`, ... |
 //!
-//! Times are milliseconds, `rays` counts by kind, sizes are bytes.
+//! Times are milliseconds, `rays` counts by kind, sizes are bytes. What was done once for several
+//! frames, shaded together as a `batch`, counts as the first one's.
 
 use crate::exit::Failure;
-use reflet_frame::{Event, FrameReport, Summary};
+use reflet_frame::{Event, FrameReport, Summary, Thing};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::Path;
@@ -43,10 +44,21 @@ pub enum Line<'a> {
         build_ms: f64,
         trace_ms: f64,
         encode_ms: f64,
+        /// What differs from the frame before, by name: the first few.
+        changed: Vec<Change<'a>>,
+        /// How many things differ.
+        changes: usize,
+        /// Why all trees were made from scratch, if they were.
+        fresh: Option<&'a str>,
         rays: Rays,
         accel_rays: u64,
         retraced_pixels: u64,
+        tested_segments: u64,
         replayed_nodes: u64,
+        deepened_nodes: u64,
+        shaded_tiles: u64,
+        tiles: u64,
+        batch: u32,
         kept_bytes: u64,
         bands_encoded: u64,
         bands_kept: u64,
@@ -64,9 +76,20 @@ pub enum Line<'a> {
         rays: Rays,
         mrays_per_s: f64,
         bytes: u64,
+        frames_without_retrace: u64,
+        rays_saved: u64,
+        tiles_copied: u64,
+        bands_kept: u64,
         isa: &'a str,
         threads: usize,
     },
+}
+
+/// One thing that differs.
+#[derive(Serialize)]
+pub struct Change<'a> {
+    name: &'a str,
+    how: &'a str,
 }
 
 /// Rays by kind.
@@ -88,56 +111,47 @@ fn ms(ns: u64) -> f64 {
 impl<'a> Line<'a> {
     /// The line of an event of the frame loop.
     pub fn event(event: &Event<'a>) -> Self {
-        match *event {
-            Event::Started { frames, size: [width, height], isa, threads } => {
+        match event {
+            &Event::Started { frames, size: [width, height], isa, threads } => {
                 Line::Start { frames, width, height, isa, threads }
             }
             Event::Warning(message) => Line::Warning { message },
             Event::Swept(path) => Line::Swept { path: text(path) },
-            Event::Kept { frame, path } => Line::Kept { frame, path: text(path) },
+            Event::Kept { frame, path } => Line::Kept { frame: *frame, path: text(path) },
             Event::Again { frame, path, standing } => {
-                Line::Again { frame, path: text(path), why: standing.to_string() }
+                Line::Again { frame: *frame, path: text(path), why: standing.to_string() }
             }
             Event::Frame(report) => Line::frame(report),
         }
     }
 
-    fn frame(report: &FrameReport) -> Self {
-        let FrameReport {
-            frame,
-            ref path,
-            script_ns,
-            pack_ns,
-            build_ns,
-            trace_ns,
-            encode_ns,
-            rays,
-            accel_rays,
-            retraced_pixels,
-            replayed_nodes,
-            kept_bytes,
-            bytes,
-            bands_encoded,
-            bands_kept,
-            ..
-        } = *report;
+    fn frame(r: &'a FrameReport) -> Self {
+        let change = |thing: &'a Thing| Change { name: &thing.name, how: thing.how };
         Line::Frame {
-            frame,
-            path: path.as_deref().map(text),
-            ms: ms(report.elapsed_ns()),
-            script_ms: ms(script_ns),
-            pack_ms: ms(pack_ns),
-            build_ms: ms(build_ns),
-            trace_ms: ms(trace_ns),
-            encode_ms: ms(encode_ns),
-            rays: Rays { camera: rays.camera, mirror: rays.mirror, shadow: rays.shadow },
-            accel_rays,
-            retraced_pixels,
-            replayed_nodes,
-            kept_bytes,
-            bands_encoded,
-            bands_kept,
-            bytes,
+            frame: r.frame,
+            path: r.path.as_deref().map(text),
+            ms: ms(r.elapsed_ns()),
+            script_ms: ms(r.script_ns),
+            pack_ms: ms(r.pack_ns),
+            build_ms: ms(r.build_ns),
+            trace_ms: ms(r.trace_ns),
+            encode_ms: ms(r.encode_ns),
+            changed: r.changed.things.iter().map(change).collect(),
+            changes: r.changed.count,
+            fresh: r.fresh,
+            rays: Rays { camera: r.rays.camera, mirror: r.rays.mirror, shadow: r.rays.shadow },
+            accel_rays: r.accel_rays,
+            retraced_pixels: r.retraced_pixels,
+            tested_segments: r.tested_segments,
+            replayed_nodes: r.replayed_nodes,
+            deepened_nodes: r.deepened_nodes,
+            shaded_tiles: r.shaded_tiles,
+            tiles: r.tiles,
+            batch: r.batch,
+            kept_bytes: r.kept_bytes,
+            bands_encoded: r.bands_encoded,
+            bands_kept: r.bands_kept,
+            bytes: r.bytes,
         }
     }
 
@@ -153,6 +167,10 @@ impl<'a> Line<'a> {
             rays: Rays { camera: rays.camera, mirror: rays.mirror, shadow: rays.shadow },
             mrays_per_s: crate::progress::mrays_per_second(summary),
             bytes: summary.bytes,
+            frames_without_retrace: summary.frames_without_retrace,
+            rays_saved: summary.rays_saved,
+            tiles_copied: summary.tiles_copied[0],
+            bands_kept: summary.bands_kept[0],
             isa: summary.isa,
             threads: summary.threads,
         }

@@ -14,9 +14,11 @@ mod merge;
 mod new;
 mod params;
 mod parts;
+mod profile;
 mod progress;
 mod render;
 mod signals;
+mod told;
 mod verify;
 mod watch;
 
@@ -45,6 +47,7 @@ fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
         Meant::Merge(args) => merge::run(&args, console),
         Meant::Film(args) => film::run(&args, console, &signals),
         Meant::Farm(command) => farm::run(&command, console),
+        Meant::Profile(bench) => profile::bench(&bench),
         Meant::Check(script) => print(check::run(&script, console)?),
         Meant::Params(script, tell) => {
             let stage = script.load()?;

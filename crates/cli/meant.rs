@@ -1,7 +1,7 @@
 //! What was typed, taken together: everything that can be wrong before the script is read is found
 //! here.
 
-use crate::args::{Command, NewArgs, ParamsArgs, RenderArgs, ScriptArgs, Typed};
+use crate::args::{Command, NewArgs, ParamsArgs, ProfileArgs, RenderArgs, ScriptArgs, Typed};
 use crate::console::Console;
 use crate::exit::Failure;
 use crate::farm::FarmCommand;
@@ -9,10 +9,13 @@ use crate::film::FilmArgs;
 use crate::frames::FrameRanges;
 use crate::merge::MergeArgs;
 use crate::parts::{PartArgs, Shard};
+use crate::profile::Bench;
+use crate::profile::cast::Question;
+use crate::profile::inputs::Primitives;
 use crate::verify::VerifyArgs;
 use clap_complete::Shell;
 use reflet_accel::Isa;
-use reflet_film::{Format, Target};
+use reflet_film::{Compression, Format, Target};
 use reflet_frame::{Draft, Resume, Reuse, TileChoice};
 use reflet_script::{Options, Source, Stage};
 use std::ffi::OsString;
@@ -32,6 +35,8 @@ pub enum Meant {
     Film(FilmArgs),
     /// Write a job for a scheduler.
     Farm(FarmCommand),
+    /// Measure.
+    Profile(Bench),
     /// Say what a scene holds.
     Check(Script),
     /// List parameters.
@@ -73,6 +78,15 @@ pub enum Tell {
     Scheduler,
 }
 
+/// How much people are told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// How far it is, and a summary.
+    Summary,
+    /// Every frame, too.
+    Frames,
+}
+
 /// How often a scene is rendered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Times {
@@ -110,8 +124,12 @@ pub struct Render {
     pub shard: Option<Shard>,
     /// Which part of the picture; all if `None`.
     pub tile: Option<TileChoice>,
+    /// How much time a smaller file is worth.
+    pub compression: Compression,
     /// Whom events are told to.
     pub tell: Tell,
+    /// Whether people are told of every frame.
+    pub detail: Detail,
     /// Once or at each save.
     pub times: Times,
 }
@@ -128,6 +146,7 @@ impl Meant {
             Command::Merge(args) => Self::Merge(args),
             Command::Film(args) => Self::Film(args),
             Command::Farm(command) => Self::Farm(command),
+            Command::Profile(args) => Self::Profile(profile(args)?),
             Command::Check(args) => Self::Check(script(args, console)),
             Command::Params(ParamsArgs { script: args, json }) => {
                 Self::Params(script(args, console), tell(json))
@@ -155,6 +174,28 @@ fn script(args: ScriptArgs, console: &Console) -> Script {
 
 fn tell(json: bool) -> Tell {
     if json { Tell::Programs } else { Tell::People }
+}
+
+fn profile(args: ProfileArgs) -> Result<Bench, Failure> {
+    let primitives = match (args.spheres, args.mesh, args.verts, args.tris) {
+        (Some(spheres), ..) => Primitives::Spheres(spheres),
+        (_, Some(mesh), ..) => Primitives::Mesh(mesh),
+        (.., Some(verts), Some(tris)) => Primitives::Indexed(verts, tris),
+        _ => return Err(Failure::usage("give --spheres, --mesh, or --verts and --tris")),
+    };
+    for isa in &args.isa.0 {
+        isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
+    }
+    Ok(Bench {
+        primitives,
+        rays: args.rays,
+        question: if args.any { Question::Any } else { Question::Closest },
+        hits: args.hits,
+        isas: args.isa.0,
+        threads: args.threads.into_iter().map(NonZeroUsize::get).collect(),
+        repeat: args.repeat.get(),
+        tell: tell(args.json),
+    })
 }
 
 fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
@@ -192,6 +233,8 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
         shard: args.part.shard,
         tile: args.part.tile,
         tell: if args.openjd { Tell::Scheduler } else { tell(args.json) },
+        compression: args.compression,
+        detail: if args.verbose { Detail::Frames } else { Detail::Summary },
         times: if args.watch { Times::AtEachSave } else { Times::Once },
     })
 }
@@ -243,7 +286,9 @@ fn verify(args: VerifyArgs, console: &Console) -> Result<Render, Failure> {
         resume: Resume::Never,
         shard: None,
         tile: None,
+        compression: args.compression,
         tell: Tell::People,
+        detail: Detail::Summary,
         times: Times::Once,
     })
 }

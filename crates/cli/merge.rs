@@ -17,6 +17,9 @@ pub struct MergeArgs {
     /// Where the whole picture goes: the ending is the format
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
+    /// How much time a smaller PNG or EXR is worth: fast, balanced or small
+    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::args::compression)]
+    pub compression: Compression,
     /// The format, whatever the output's ending
     #[arg(long, value_name = "EXT")]
     pub format: Option<String>,
@@ -34,7 +37,7 @@ pub fn run(args: &MergeArgs, console: &Console) -> Result<(), Failure> {
         return Err(Failure::usage("merge makes one picture; let -o name a file, as in still.png"));
     }
     let path = target.path_for(0);
-    let merged = reflet_frame::merge(&args.parts, &path, format, Compression::default());
+    let merged = reflet_frame::merge(&args.parts, &path, format, args.compression);
     let merged = merged.map_err(|error| {
         let exit = match error {
             MergeError::Input(_) => Exit::Input,

@@ -65,7 +65,7 @@ pub fn summary(summary: &Summary, place: &str) -> String {
         n => format!(" ({})", frames_per_second(n as f64 / wall.max(1e-9))),
     };
     let threads = if s.threads == 1 { "1 thread".into() } else { format!("{} threads", s.threads) };
-    format!(
+    let mut text = format!(
         "{frames} in {}{rate}, {} to {place}\n\
          {} camera, {} mirror and {} shadow rays, {:.1} Mrays/s with {} on {threads}",
         seconds(wall),
@@ -75,7 +75,24 @@ pub fn summary(summary: &Summary, place: &str) -> String {
         count(s.rays.shadow),
         mrays_per_second(s),
         s.isa,
-    )
+    );
+    if s.rays_saved > 0 {
+        let _ = write!(
+            text,
+            "\nkept from frame to frame: {} rays, {} of the tiles, {} of the bands; {} of {frames} \
+             cast no ray from the eye",
+            count(s.rays_saved),
+            share(s.tiles_copied),
+            share(s.bands_kept),
+            s.frames_without_retrace,
+        );
+    }
+    text
+}
+
+/// A part of a whole, in percent.
+fn share([part, whole]: [u64; 2]) -> String {
+    format!("{:.0} %", 100.0 * part as f64 / whole.max(1) as f64)
 }
 
 /// Millions of rays of all kinds a second of tracing and shading; 0 if none was cast.
@@ -95,7 +112,7 @@ fn frames_per_second(rate: f64) -> String {
 }
 
 /// A duration for people.
-fn seconds(s: f64) -> String {
+pub fn seconds(s: f64) -> String {
     match s {
         s if s < 0.9995 => format!("{:.0} ms", s * 1e3),
         s if s < 59.95 => format!("{s:.1} s"),
@@ -110,7 +127,7 @@ pub fn bytes(n: u64) -> String {
 }
 
 /// A number of things for people.
-fn count(n: u64) -> String {
+pub fn count(n: u64) -> String {
     scaled(n, &["", " k", " M", " G", " T"])
 }
 

@@ -3,10 +3,11 @@
 use crate::console::Console;
 use crate::exit::{Exit, Failure};
 use crate::json::Line;
-use crate::meant::{Render, Tell, Times};
+use crate::meant::{Detail, Render, Tell, Times};
 use crate::progress::{self, Progress};
 use crate::signals::Signals;
-use reflet_film::{Compression, Target};
+use crate::told;
+use reflet_film::Target;
 use reflet_frame::{Event, Job, RenderError, Resume, Standing, resume};
 use reflet_script::Stage;
 use std::io::{self, Write};
@@ -136,7 +137,7 @@ pub fn planned(meant: &Render, stage: &Stage) -> Result<Option<Job>, Failure> {
         cache_bytes: meant.cache_bytes,
         resume: meant.resume,
         tile: meant.tile,
-        compression: Compression::default(),
+        compression: meant.compression,
         target,
     }))
 }
@@ -253,6 +254,9 @@ impl Teller<'_> {
                 self.console.say(&format!("frame {frame}: {path}: {standing}; made again"));
             }
             Event::Frame(_) | Event::Kept { .. } => {
+                if let (Event::Frame(report), Detail::Frames) = (event, self.meant.detail) {
+                    self.console.say(&told::frame(report));
+                }
                 if let Some(progress) = &mut self.progress {
                     progress.frame(self.done);
                 }

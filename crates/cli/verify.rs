@@ -8,6 +8,7 @@ use crate::meant::Render;
 use crate::render;
 use crate::signals::Signals;
 use clap::Args;
+use reflet_film::Compression;
 use reflet_frame::{RenderError, Standing, resume};
 use std::path::PathBuf;
 
@@ -28,6 +29,9 @@ pub struct VerifyArgs {
     /// The frames were rendered with --draft
     #[arg(long)]
     pub draft: bool,
+    /// How much time a smaller PNG or EXR was worth: fast, balanced or small
+    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::args::compression)]
+    pub compression: Compression,
     /// The format, if it is not the output's ending
     #[arg(long, value_name = "EXT")]
     pub format: Option<String>,

@@ -2,10 +2,10 @@
 
 use crate::blocks::Blocks;
 use crate::build::{self, Tree};
-use crate::bvh::{self, Stack};
 use crate::lanes::LANES;
-use crate::packet;
-use crate::rays::{HitCode, Hits, RayCounts, Rays};
+use crate::rays::{HitCode, Hits, Question, RayCounts, Rays};
+use crate::refit::{Places, Refit, WORN};
+use crate::stream::{self, Memory, Structures, Way};
 use fearless_simd::{Level, dispatch};
 use reflet_pack::{Geometry, PrimId, ShapeKind};
 
@@ -29,6 +29,14 @@ pub struct Accel {
     /// What the tree's leaves hold.
     leaves: Blocks,
     tree: Tree,
+    structure: Structure,
+    way: Way,
+    /// How many primitives it was built from, visible or not.
+    prims: usize,
+    /// The area of the tree's boxes when it was built.
+    area: f32,
+    /// Found when something moves for the first time.
+    places: Option<Places>,
 }
 
 /// Up to this many bounded primitives a list is quicker than a tree.
@@ -59,7 +67,48 @@ impl Accel {
         } else {
             tree = build::build(geometry, &mut leaves);
         }
-        Accel { level, list, leaves, tree }
+        let area = tree.area();
+        Accel {
+            level,
+            list,
+            leaves,
+            tree,
+            structure,
+            way: Way::Auto,
+            prims: geometry.len(),
+            area,
+            places: None,
+        }
+    }
+
+    /// Sends all rays one way, whatever they are; for tests and measurements.
+    pub fn cast_by(&mut self, way: Way) {
+        self.way = way;
+    }
+
+    /// Takes over where primitives of `moved` are now in `geometry`: their shape, or whether they
+    /// are visible. All others must be as they were. Hits are then those of a structure that was
+    /// built from `geometry`.
+    ///
+    /// Boxes are refitted, about a microsecond a primitive; the whole is built again, on all
+    /// threads of the pool that this is called in, if primitives were added or removed, are of
+    /// another kind, or are visible for the first time since the structure was built, and when the
+    /// boxes have grown to [`WORN`] times their area.
+    pub fn refit(&mut self, geometry: &Geometry, moved: &[PrimId]) -> Refit {
+        if geometry.len() == self.prims {
+            let Accel { list, leaves, tree, places, .. } = self;
+            let places =
+                places.get_or_insert_with(|| Places::find(geometry.len(), list, leaves, tree));
+            let done = places.refit(geometry, moved, (list, leaves, tree));
+            // A NaN (of boxes that overflow) is no quality, either.
+            if done && tree.area() <= WORN * self.area {
+                return Refit::Refitted;
+            }
+        }
+        let way = self.way;
+        *self = Accel::build(geometry, self.level, self.structure);
+        self.way = way;
+        Refit::Rebuilt
     }
 
     /// Finds the closest hit of each ray. `hits` gets as many rows as `rays` has, padded to whole
@@ -75,17 +124,7 @@ impl Accel {
         counts: &mut RayCounts,
     ) {
         counts.closest += rays.len() as u64;
-        let padded = rays.len().next_multiple_of(LANES);
-        hits.t.clear();
-        hits.t.extend_from_slice(&rays.t_max[..padded]);
-        hits.code.clear();
-        hits.code.resize(padded, HitCode::NONE);
-        let (t, code) = (&mut hits.t[..], &mut hits.code[..]);
-        dispatch!(self.level, simd => packet::closest(simd, &self.list, rays, t, code));
-        if !self.tree.nodes.is_empty() {
-            let (tree, stack) = ((&self.tree, &self.leaves), &mut scratch.stack);
-            dispatch!(self.level, simd => bvh::closest(simd, tree, rays, (t, code), stack));
-        }
+        self.cast(rays, Question::Closest, hits, scratch);
     }
 
     /// Finds which rays hit anything before their end; `occluded` gets as many rows as `rays` has.
@@ -100,13 +139,35 @@ impl Accel {
         counts: &mut RayCounts,
     ) {
         counts.any += rays.len() as u64;
+        let mut hits = std::mem::take(&mut scratch.hits);
+        self.cast(rays, Question::Any, &mut hits, scratch);
         occluded.clear();
-        occluded.resize(rays.len(), false);
-        dispatch!(self.level, simd => packet::any(simd, &self.list, rays, occluded));
-        if !self.tree.nodes.is_empty() {
-            let (tree, stack) = ((&self.tree, &self.leaves), &mut scratch.stack);
-            dispatch!(self.level, simd => bvh::any(simd, tree, rays, occluded, stack));
-        }
+        occluded.extend(hits.code[..rays.len()].iter().map(|code| !code.is_none()));
+        scratch.hits = hits;
+    }
+
+    fn cast(&self, rays: &Rays, question: Question, hits: &mut Hits, scratch: &mut Scratch) {
+        let padded = rays.len().next_multiple_of(LANES);
+        hits.t.clear();
+        hits.t.extend_from_slice(&rays.t_max[..padded]);
+        hits.code.clear();
+        hits.code.resize(padded, HitCode::NONE);
+        let (t, code) = (&mut hits.t[..], &mut hits.code[..]);
+        let Accel { list, leaves, tree, way, .. } = self;
+        let what = Structures { list, leaves, tree, way: *way };
+        let memory = &mut scratch.memory;
+        dispatch!(self.level, simd => stream::cast(simd, what, rays, question, (t, code), memory));
+    }
+
+    /// Bytes that it holds.
+    pub fn bytes(&self) -> usize {
+        self.list.bytes() + self.leaves.bytes() + size_of_val(&self.tree.nodes[..])
+    }
+
+    /// What a random ray through the tree's bounds costs by the surface-area heuristic: node visits
+    /// plus block tests, each weighted with the chance that it is needed. 0 for a list.
+    pub fn sah_cost(&self) -> f32 {
+        self.tree.sah_cost()
     }
 
     /// The instructions in use.
@@ -118,7 +179,8 @@ impl Accel {
 /// Memory of one thread for its traversals.
 #[derive(Default)]
 pub struct Scratch {
-    stack: Stack,
+    memory: Memory,
+    hits: Hits,
 }
 
 fn push(blocks: &mut Blocks, geometry: &Geometry, kind: ShapeKind, prims: &[PrimId]) {

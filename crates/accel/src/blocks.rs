@@ -1,7 +1,7 @@
 //! Primitives in lanes: what leaves hold.
 
 use crate::kernels::{self, Candidate, PlaneLanes, QuadLanes, SphereLanes, TriangleLanes};
-use crate::lanes::{F, LANES, Permute, RayLanes, U, V3};
+use crate::lanes::{F, LANES, RayLanes, U, V3, splat3};
 use crate::rays::HitCode;
 use crate::slab::BoxLanes;
 use fearless_simd::prelude::*;
@@ -9,59 +9,50 @@ use reflet_pack::{Aabb, Geometry, PrimId, ShapeKind};
 
 type Lane = [f32; LANES];
 
-/// The boxes and codes of up to eight primitives. Empty lanes have an empty box: no ray hits them.
+/// The boxes of up to eight primitives. Empty lanes have an empty box: no ray hits them. Kept
+/// apart from what kernels read, since a box is looked at only where a kernel has passed.
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
 pub struct Frame {
     lo: [Lane; 3],
     hi: [Lane; 3],
-    code: [u32; LANES],
-    /// How many lanes hold a primitive; they come first.
-    used: usize,
 }
 
 impl Default for Frame {
     fn default() -> Self {
         let e = Aabb::EMPTY;
-        Frame {
-            lo: e.lo.map(|x| [x; LANES]),
-            hi: e.hi.map(|x| [x; LANES]),
-            code: [HitCode::NONE.0; LANES],
-            used: 0,
-        }
+        Frame { lo: e.lo.map(|x| [x; LANES]), hi: e.hi.map(|x| [x; LANES]) }
     }
 }
 
 impl Frame {
-    fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId) {
-        let b = &g.bounds[prim.index()];
+    fn set(&mut self, lane: usize, b: &Aabb) {
         for k in 0..3 {
             self.lo[k][lane] = b.lo[k];
             self.hi[k][lane] = b.hi[k];
         }
-        self.code[lane] = HitCode::outside(prim).0;
-        self.used = self.used.max(lane + 1);
     }
 
-    /// The boxes.
+    /// The box of one lane.
+    pub fn bounds(&self, lane: usize) -> Aabb {
+        Aabb { lo: [0, 1, 2].map(|k| self.lo[k][lane]), hi: [0, 1, 2].map(|k| self.hi[k][lane]) }
+    }
+
+    /// The box of all lanes.
+    pub fn union(&self) -> Aabb {
+        (0..LANES).fold(Aabb::EMPTY, |all, lane| all.union(&self.bounds(lane)))
+    }
+
+    /// The boxes in lanes.
     #[inline(always)]
     pub fn boxes<S: Simd>(&self, simd: S) -> BoxLanes<S> {
         BoxLanes { lo: lanes(simd, &self.lo), hi: lanes(simd, &self.hi) }
     }
 
+    /// The box of one lane, in all lanes.
     #[inline(always)]
-    fn boxes_of<S: Simd>(&self, simd: S, lane: usize) -> BoxLanes<S> {
+    pub fn box_of<S: Simd>(&self, simd: S, lane: usize) -> BoxLanes<S> {
         BoxLanes { lo: splat(simd, &self.lo, lane), hi: splat(simd, &self.hi, lane) }
-    }
-
-    #[inline(always)]
-    fn codes<S: Simd>(&self, simd: S) -> U<S> {
-        U::from_slice(simd, &self.code)
-    }
-
-    #[inline(always)]
-    fn code_of<S: Simd>(&self, simd: S, lane: usize) -> U<S> {
-        U::splat(simd, self.code[lane])
     }
 }
 
@@ -75,6 +66,23 @@ fn splat<S: Simd>(simd: S, v: &[Lane; 3], lane: usize) -> V3<S> {
     [F::splat(simd, v[0][lane]), F::splat(simd, v[1][lane]), F::splat(simd, v[2][lane])]
 }
 
+/// [`lanes`] with the axes in another order.
+#[inline(always)]
+fn turned<S: Simd>(simd: S, v: &[Lane; 3], turn: [usize; 3]) -> V3<S> {
+    lanes_of(simd, [&v[turn[0]], &v[turn[1]], &v[turn[2]]])
+}
+
+#[inline(always)]
+fn lanes_of<S: Simd>(simd: S, v: [&Lane; 3]) -> V3<S> {
+    [F::from_slice(simd, v[0]), F::from_slice(simd, v[1]), F::from_slice(simd, v[2])]
+}
+
+/// [`splat`] with the axes in another order.
+#[inline(always)]
+fn turned_one<S: Simd>(simd: S, v: &[Lane; 3], turn: [usize; 3], lane: usize) -> V3<S> {
+    splat3(simd, [v[turn[0]][lane], v[turn[1]][lane], v[turn[2]][lane]])
+}
+
 fn put(column: &mut [Lane; 3], lane: usize, v: [f32; 3]) {
     for k in 0..3 {
         column[k][lane] = v[k];
@@ -85,240 +93,288 @@ fn put(column: &mut [Lane; 3], lane: usize, v: [f32; 3]) {
 pub trait Block: Default + Clone + Send + Sync {
     /// Writes a primitive into a lane.
     fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId);
-    /// Boxes and codes.
-    fn frame(&self) -> &Frame;
+    /// The code of each lane; [`NO_PRIM`] where there is none.
+    fn codes(&self) -> &[u32; LANES];
     /// One ray against all lanes.
-    fn test<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>) -> Candidate<S>;
+    fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S>;
     /// Eight rays against one lane.
-    fn test_one<S: Simd, P: Permute<S>>(
-        &self,
-        simd: S,
-        ray: &RayLanes<S, P>,
-        lane: usize,
-    ) -> Candidate<S>;
-    /// The box of one lane, in all lanes.
-    #[inline(always)]
-    fn box_of<S: Simd>(&self, simd: S, lane: usize) -> BoxLanes<S> {
-        self.frame().boxes_of(simd, lane)
-    }
-    /// How many of the lanes hold a primitive; they come first.
-    #[inline(always)]
-    fn used(&self) -> usize {
-        self.frame().used
-    }
+    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S>;
 }
 
 /// Spheres.
 #[derive(Clone, Debug, Default)]
+#[repr(C, align(32))]
 pub struct SphereBlock {
-    frame: Frame,
     center: [Lane; 3],
     radius: Lane,
+    code: [u32; LANES],
 }
 
 impl Block for SphereBlock {
     fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId) {
         let row = g.shape[prim.index()].1 as usize;
-        self.frame.set(lane, g, prim);
+        self.code[lane] = HitCode::outside(prim).0;
         put(&mut self.center, lane, g.spheres.center.get(row));
         self.radius[lane] = g.spheres.radius[row];
     }
 
-    fn frame(&self) -> &Frame {
-        &self.frame
+    fn codes(&self) -> &[u32; LANES] {
+        &self.code
     }
 
     #[inline(always)]
-    fn test<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>) -> Candidate<S> {
+    fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S> {
         let center = lanes(simd, &self.center);
         let radius = F::from_slice(simd, &self.radius);
-        kernels::sphere(simd, ray, &SphereLanes { center, radius, code: self.frame.codes(simd) })
+        let code = U::from_slice(simd, &self.code);
+        kernels::sphere(simd, ray, &SphereLanes { center, radius, code })
     }
 
     #[inline(always)]
-    fn test_one<S: Simd, P: Permute<S>>(
-        &self,
-        simd: S,
-        ray: &RayLanes<S, P>,
-        lane: usize,
-    ) -> Candidate<S> {
+    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S> {
         let center = splat(simd, &self.center, lane);
         let radius = F::splat(simd, self.radius[lane]);
-        kernels::sphere(
-            simd,
-            ray,
-            &SphereLanes { center, radius, code: self.frame.code_of(simd, lane) },
-        )
+        let code = U::splat(simd, self.code[lane]);
+        kernels::sphere(simd, ray, &SphereLanes { center, radius, code })
     }
 }
 
 /// Infinite planes.
 #[derive(Clone, Debug, Default)]
+#[repr(C, align(32))]
 pub struct PlaneBlock {
-    frame: Frame,
     point: [Lane; 3],
     normal: [Lane; 3],
+    code: [u32; LANES],
 }
 
 impl Block for PlaneBlock {
     fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId) {
         let row = g.shape[prim.index()].1 as usize;
-        self.frame.set(lane, g, prim);
+        self.code[lane] = HitCode::outside(prim).0;
         put(&mut self.point, lane, g.planes.point.get(row));
         put(&mut self.normal, lane, g.planes.normal.get(row));
     }
 
-    fn frame(&self) -> &Frame {
-        &self.frame
+    fn codes(&self) -> &[u32; LANES] {
+        &self.code
     }
 
     #[inline(always)]
-    fn test<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>) -> Candidate<S> {
+    fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S> {
         let (point, normal) = (lanes(simd, &self.point), lanes(simd, &self.normal));
-        kernels::plane(simd, ray, &PlaneLanes { point, normal, code: self.frame.codes(simd) })
+        let code = U::from_slice(simd, &self.code);
+        kernels::plane(simd, ray, &PlaneLanes { point, normal, code })
     }
 
     #[inline(always)]
-    fn test_one<S: Simd, P: Permute<S>>(
-        &self,
-        simd: S,
-        ray: &RayLanes<S, P>,
-        lane: usize,
-    ) -> Candidate<S> {
+    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S> {
         let (point, normal) = (splat(simd, &self.point, lane), splat(simd, &self.normal, lane));
-        kernels::plane(
-            simd,
-            ray,
-            &PlaneLanes { point, normal, code: self.frame.code_of(simd, lane) },
-        )
+        let code = U::splat(simd, self.code[lane]);
+        kernels::plane(simd, ray, &PlaneLanes { point, normal, code })
     }
 }
 
 /// Parallelograms.
 #[derive(Clone, Debug, Default)]
+#[repr(C, align(32))]
 pub struct QuadBlock {
-    frame: Frame,
     corners: [[Lane; 3]; 4],
     normal: [Lane; 3],
+    code: [u32; LANES],
 }
 
 impl Block for QuadBlock {
     fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId) {
         let row = g.shape[prim.index()].1 as usize;
-        self.frame.set(lane, g, prim);
+        self.code[lane] = HitCode::outside(prim).0;
         for (column, p) in self.corners.iter_mut().zip(g.quads.points(row)) {
             put(column, lane, p);
         }
         put(&mut self.normal, lane, g.quads.normal.get(row));
     }
 
-    fn frame(&self) -> &Frame {
-        &self.frame
+    fn codes(&self) -> &[u32; LANES] {
+        &self.code
     }
 
     #[inline(always)]
-    fn test<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>) -> Candidate<S> {
-        let c = &self.corners;
-        let corners =
-            [lanes(simd, &c[0]), lanes(simd, &c[1]), lanes(simd, &c[2]), lanes(simd, &c[3])];
-        let normal = lanes(simd, &self.normal);
-        kernels::quad(simd, ray, &QuadLanes { corners, normal, code: self.frame.codes(simd) })
+    fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S> {
+        let (c, turn) = (&self.corners, ray.turn);
+        let corners = [
+            turned(simd, &c[0], turn),
+            turned(simd, &c[1], turn),
+            turned(simd, &c[2], turn),
+            turned(simd, &c[3], turn),
+        ];
+        let (point, normal) = (lanes(simd, &c[0]), lanes(simd, &self.normal));
+        let code = U::from_slice(simd, &self.code);
+        kernels::quad(simd, ray, &QuadLanes { corners, point, normal, code })
     }
 
     #[inline(always)]
-    fn test_one<S: Simd, P: Permute<S>>(
-        &self,
-        simd: S,
-        ray: &RayLanes<S, P>,
-        lane: usize,
-    ) -> Candidate<S> {
-        let c = &self.corners;
-        let at = |i: usize| splat(simd, &c[i], lane);
-        let corners = [at(0), at(1), at(2), at(3)];
-        let normal = splat(simd, &self.normal, lane);
-        kernels::quad(
-            simd,
-            ray,
-            &QuadLanes { corners, normal, code: self.frame.code_of(simd, lane) },
-        )
+    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S> {
+        let (c, turn) = (&self.corners, ray.turn);
+        let corners = [
+            turned_one(simd, &c[0], turn, lane),
+            turned_one(simd, &c[1], turn, lane),
+            turned_one(simd, &c[2], turn, lane),
+            turned_one(simd, &c[3], turn, lane),
+        ];
+        let (point, normal) = (splat(simd, &c[0], lane), splat(simd, &self.normal, lane));
+        let code = U::splat(simd, self.code[lane]);
+        kernels::quad(simd, ray, &QuadLanes { corners, point, normal, code })
     }
 }
 
 /// Triangles.
 #[derive(Clone, Debug, Default)]
+#[repr(C, align(64))]
 pub struct TriangleBlock {
-    frame: Frame,
     corners: [[Lane; 3]; 3],
+    code: [u32; LANES],
 }
 
 impl Block for TriangleBlock {
     fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId) {
         let row = g.shape[prim.index()].1 as usize;
-        self.frame.set(lane, g, prim);
+        self.code[lane] = HitCode::outside(prim).0;
         for (column, p) in self.corners.iter_mut().zip(g.triangles.points(row)) {
             put(column, lane, p);
         }
     }
 
-    fn frame(&self) -> &Frame {
-        &self.frame
+    fn codes(&self) -> &[u32; LANES] {
+        &self.code
     }
 
     #[inline(always)]
-    fn test<S: Simd, P: Permute<S>>(&self, simd: S, ray: &RayLanes<S, P>) -> Candidate<S> {
-        let c = &self.corners;
-        let corners = [lanes(simd, &c[0]), lanes(simd, &c[1]), lanes(simd, &c[2])];
-        kernels::triangle(simd, ray, &TriangleLanes { corners, code: self.frame.codes(simd) })
-    }
-
-    #[inline(always)]
-    fn test_one<S: Simd, P: Permute<S>>(
-        &self,
-        simd: S,
-        ray: &RayLanes<S, P>,
-        lane: usize,
-    ) -> Candidate<S> {
-        let c = &self.corners;
+    fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S> {
+        let (c, turn) = (&self.corners, ray.turn);
         let corners =
-            [splat(simd, &c[0], lane), splat(simd, &c[1], lane), splat(simd, &c[2], lane)];
-        kernels::triangle(
-            simd,
-            ray,
-            &TriangleLanes { corners, code: self.frame.code_of(simd, lane) },
-        )
+            [turned(simd, &c[0], turn), turned(simd, &c[1], turn), turned(simd, &c[2], turn)];
+        let code = U::from_slice(simd, &self.code);
+        kernels::triangle(simd, ray, &TriangleLanes { corners, code })
+    }
+
+    #[inline(always)]
+    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S> {
+        let (c, turn) = (&self.corners, ray.turn);
+        let corners = [
+            turned_one(simd, &c[0], turn, lane),
+            turned_one(simd, &c[1], turn, lane),
+            turned_one(simd, &c[2], turn, lane),
+        ];
+        let code = U::splat(simd, self.code[lane]);
+        kernels::triangle(simd, ray, &TriangleLanes { corners, code })
     }
 }
 
-/// All primitives in lanes, a list a kind.
+/// Blocks of one kind, and the boxes of what they hold, a frame a block.
+#[derive(Clone, Debug, Default)]
+pub struct Shelf<B> {
+    /// The blocks.
+    pub blocks: Vec<B>,
+    /// Their frames.
+    pub frames: Vec<Frame>,
+}
+
+impl<B: Block> Shelf<B> {
+    fn push(&mut self, g: &Geometry, prims: &[PrimId]) -> usize {
+        let index = self.blocks.len();
+        self.blocks.push(B::default());
+        self.frames.push(Frame::default());
+        for (lane, prim) in prims.iter().enumerate() {
+            self.set(index, lane, g, *prim);
+        }
+        index
+    }
+
+    fn set(&mut self, block: usize, lane: usize, g: &Geometry, prim: PrimId) {
+        self.blocks[block].set(lane, g, prim);
+        self.frames[block].set(lane, &g.bounds[prim.index()]);
+    }
+
+    fn bytes(&self) -> usize {
+        size_of_val(&self.blocks[..]) + size_of_val(&self.frames[..])
+    }
+}
+
+/// All primitives in lanes, a shelf a kind.
 #[derive(Clone, Debug, Default)]
 pub struct Blocks {
     /// Spheres.
-    pub spheres: Vec<SphereBlock>,
+    pub spheres: Shelf<SphereBlock>,
     /// Infinite planes.
-    pub planes: Vec<PlaneBlock>,
+    pub planes: Shelf<PlaneBlock>,
     /// Parallelograms.
-    pub quads: Vec<QuadBlock>,
+    pub quads: Shelf<QuadBlock>,
     /// Triangles.
-    pub triangles: Vec<TriangleBlock>,
+    pub triangles: Shelf<TriangleBlock>,
 }
 
 impl Blocks {
+    /// Whether they hold nothing.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.spheres.blocks.is_empty()
+            && self.planes.blocks.is_empty()
+            && self.quads.blocks.is_empty()
+            && self.triangles.blocks.is_empty()
+    }
+
+    /// Bytes that they hold.
+    pub fn bytes(&self) -> usize {
+        self.spheres.bytes() + self.planes.bytes() + self.quads.bytes() + self.triangles.bytes()
+    }
+
+    /// How many blocks there are of a kind.
+    pub fn len(&self, kind: ShapeKind) -> usize {
+        match kind {
+            ShapeKind::Sphere => self.spheres.blocks.len(),
+            ShapeKind::Plane => self.planes.blocks.len(),
+            ShapeKind::Quad => self.quads.blocks.len(),
+            ShapeKind::Triangle => self.triangles.blocks.len(),
+        }
+    }
+
+    /// The code of each lane of a block; 0 where there is no primitive.
+    pub fn codes(&self, kind: ShapeKind, block: usize) -> &[u32; LANES] {
+        match kind {
+            ShapeKind::Sphere => self.spheres.blocks[block].codes(),
+            ShapeKind::Plane => self.planes.blocks[block].codes(),
+            ShapeKind::Quad => self.quads.blocks[block].codes(),
+            ShapeKind::Triangle => self.triangles.blocks[block].codes(),
+        }
+    }
+
+    /// The box of all of a block.
+    pub fn bounds(&self, kind: ShapeKind, block: usize) -> Aabb {
+        match kind {
+            ShapeKind::Sphere => self.spheres.frames[block].union(),
+            ShapeKind::Plane => self.planes.frames[block].union(),
+            ShapeKind::Quad => self.quads.frames[block].union(),
+            ShapeKind::Triangle => self.triangles.frames[block].union(),
+        }
+    }
+
+    /// Writes a primitive into a lane.
+    pub fn set(&mut self, kind: ShapeKind, block: usize, lane: usize, g: &Geometry, prim: PrimId) {
+        match kind {
+            ShapeKind::Sphere => self.spheres.set(block, lane, g, prim),
+            ShapeKind::Plane => self.planes.set(block, lane, g, prim),
+            ShapeKind::Quad => self.quads.set(block, lane, g, prim),
+            ShapeKind::Triangle => self.triangles.set(block, lane, g, prim),
+        }
+    }
+
     /// Puts up to eight primitives of one kind into a new block and gives its index.
     pub fn push(&mut self, kind: ShapeKind, g: &Geometry, prims: &[PrimId]) -> usize {
         match kind {
-            ShapeKind::Sphere => push(&mut self.spheres, g, prims),
-            ShapeKind::Plane => push(&mut self.planes, g, prims),
-            ShapeKind::Quad => push(&mut self.quads, g, prims),
-            ShapeKind::Triangle => push(&mut self.triangles, g, prims),
+            ShapeKind::Sphere => self.spheres.push(g, prims),
+            ShapeKind::Plane => self.planes.push(g, prims),
+            ShapeKind::Quad => self.quads.push(g, prims),
+            ShapeKind::Triangle => self.triangles.push(g, prims),
         }
     }
-}
-
-fn push<B: Block>(list: &mut Vec<B>, g: &Geometry, prims: &[PrimId]) -> usize {
-    let mut block = B::default();
-    for (lane, prim) in prims.iter().enumerate() {
-        block.set(lane, g, *prim);
-    }
-    list.push(block);
-    list.len() - 1
 }

@@ -32,7 +32,12 @@ pub fn enter(o: V, d: V, b: &Aabb) -> Option<f32> {
 
 /// Where one ray hits one primitive, with the box test, and from which side.
 #[inline]
-pub fn hit(g: &Geometry, prim: PrimId, o: V, d: V, last: HitCode) -> Option<(f32, HitCode)> {
+pub fn hit(
+    g: &Geometry,
+    prim: PrimId,
+    (o, d, t_min): (V, V, f32),
+    last: HitCode,
+) -> Option<(f32, HitCode)> {
     let (kind, row) = g.shape[prim.index()];
     let row = row as usize;
     let code = HitCode::outside(prim);
@@ -49,9 +54,9 @@ pub fn hit(g: &Geometry, prim: PrimId, o: V, d: V, last: HitCode) -> Option<(f32
             }
             let root = disc.sqrt();
             let (near, far) = (b - root, b + root);
-            if near > 0.0 && !left {
+            if near > t_min && !left {
                 (near, code)
-            } else if far > 0.0 && (!left || last.is_inside()) {
+            } else if far > t_min && (!left || last.is_inside()) {
                 (far, code.inward())
             } else {
                 return None;
@@ -82,7 +87,7 @@ pub fn hit(g: &Geometry, prim: PrimId, o: V, d: V, last: HitCode) -> Option<(f32
             ((e[0] * a[2] + e[1] * b[2] + e[2] * c[2]) / det, code)
         }
     };
-    if kind != ShapeKind::Sphere && left || t.is_nan() || t <= 0.0 {
+    if kind != ShapeKind::Sphere && left || !above(t, t_min) {
         return None;
     }
     let entry = enter(o, d, &g.bounds[prim.index()])?;
@@ -108,8 +113,18 @@ fn edge(p: V, q: V) -> f32 {
     p[0] * q[1] - p[1] * q[0]
 }
 
-/// The closest hit of one ray with t below `t_max`, or `t_max` and no code.
-pub fn closest(g: &Geometry, o: V, d: V, t_max: f32, last: HitCode) -> (f32, HitCode) {
+/// Whether `t > t_min`; a NaN is not above anything.
+fn above(t: f32, t_min: f32) -> bool {
+    t > t_min
+}
+
+/// The closest hit of one ray with the kernel's t above `t_min` and t below `t_max`, or `t_max` and no code.
+pub fn closest(
+    g: &Geometry,
+    (o, d): (V, V),
+    (t_min, t_max): (f32, f32),
+    last: HitCode,
+) -> (f32, HitCode) {
     let mut best = (t_max, HitCode::NONE);
     let dd = dot(d, d);
     let oo = o[0].abs() + o[1].abs() + o[2].abs();
@@ -118,7 +133,7 @@ pub fn closest(g: &Geometry, o: V, d: V, t_max: f32, last: HitCode) -> (f32, Hit
         return best;
     }
     for prim in (0..g.len() as u32).map(PrimId) {
-        if let Some((t, code)) = hit(g, prim, o, d, last)
+        if let Some((t, code)) = hit(g, prim, (o, d, t_min), last)
             && t < best.0
         {
             best = (t, code);

@@ -1,54 +1,176 @@
 //! One ray through the tree: eight boxes, then eight primitives at a time.
 
-use crate::blocks::{Block, Blocks};
-use crate::build::{Child, Tree};
-use crate::lanes::{F, LANES, RayLanes, Uniform, is_castable, load3};
-use crate::rays::{HitCode, Rays};
-use crate::slab::{BoxLanes, enter};
+use crate::blocks::{Block, Blocks, Shelf};
+use crate::build::{Child, Node, Tree};
+use crate::bundle::Bundle;
+use crate::lanes::{F, LANES, RayLanes, greater, lesser};
+use crate::prefetch::prefetch;
+use crate::rays::Question;
+use crate::slab::{LEAVE, enter};
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
 
-/// Children still to be visited, with where the ray enters them.
-#[derive(Default)]
-pub struct Stack(Vec<(f32, Child)>);
+/// Children still to be visited: where the ray enters them, as the upper half, and what they are.
+/// An entry is not negative, so its bits are ordered as it is.
+pub type Key = u64;
 
-/// Follows each ray to its closest hit; `t` and `code` hold the best so far, and are updated.
+/// The key of a child.
 #[inline(always)]
-pub fn closest<S: Simd>(
+pub fn key(entry: f32, child: Child) -> Key {
+    u64::from(entry.to_bits()) << 32 | u64::from(child.0)
+}
+
+/// Where the child of a key is entered.
+#[inline(always)]
+pub fn entry_of(key: Key) -> f32 {
+    f32::from_bits((key >> 32) as u32)
+}
+
+/// Follows each ray of the bundle to its closest hit, or to any, one after the other.
+#[inline(never)]
+pub fn cast<S: Simd>(
+    simd: S,
+    tree: (&Tree, &Blocks),
+    bundle: &mut Bundle,
+    question: Question,
+    stack: &mut [Key],
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            for slot in 0..bundle.len {
+                let best = (bundle.t[slot], bundle.code[slot]);
+                if bundle.is_castable(slot) {
+                    let ray = bundle.splat(simd, slot);
+                    let near = bundle.near(slot);
+                    let best = walk(simd, tree, (&ray, near), question, best, stack);
+                    (bundle.t[slot], bundle.code[slot]) = best;
+                }
+            }
+        },
+    );
+}
+
+/// The better of `found` and the closest hit in the tree, or any. `near` says for each axis which
+/// row of a node holds the faces that the ray meets first.
+#[inline(always)]
+fn walk<S: Simd>(
     simd: S,
     (tree, blocks): (&Tree, &Blocks),
-    rays: &Rays,
-    (t, code): (&mut [f32], &mut [HitCode]),
-    stack: &mut Stack,
-) {
-    for i in (0..rays.len()).filter(|i| is_castable(rays, *i)) {
-        let ray = RayLanes::splat(simd, rays, i);
-        let mut best = (t[i], code[i].0);
-        walk(simd, tree, &ray, best.0, stack, |kind, block, _| {
-            best = match kind {
-                ShapeKind::Sphere => closest_in(simd, &blocks.spheres[block], &ray, best),
-                ShapeKind::Plane => closest_in(simd, &blocks.planes[block], &ray, best),
-                ShapeKind::Quad => closest_in(simd, &blocks.quads[block], &ray, best),
-                ShapeKind::Triangle => closest_in(simd, &blocks.triangles[block], &ray, best),
-            };
-            Some(best.0)
-        });
-        (t[i], code[i]) = (best.0, HitCode(best.1));
+    (ray, near): (&RayLanes<S>, [usize; 3]),
+    question: Question,
+    mut found: (f32, u32),
+    stack: &mut [Key],
+) -> (f32, u32) {
+    let mut end = F::splat(simd, found.0);
+    let zero = F::splat(simd, 0.0);
+    let (mut top, mut index) = (0, 0);
+    'node: loop {
+        let node = &tree.nodes[index];
+        let mut entry = zero;
+        let mut exit = F::splat(simd, f32::INFINITY);
+        for k in 0..3 {
+            let first = (node.faces(simd, near[k]) - ray.o[k]) * ray.inv[k];
+            let last = (node.faces(simd, near[k] ^ Node::HI) - ray.o[k]) * ray.inv[k];
+            entry = greater(simd, first, entry);
+            exit = lesser(simd, last, exit);
+        }
+        // An equal entry may still hold a tie with a lower id.
+        let exit = lesser(simd, exit * LEAVE, end);
+        let mut bits = entry.simd_le(exit).to_bitmask() as u32;
+        let entries = entry.as_slice();
+        let mut next;
+        if bits != 0 {
+            let lane = bits.trailing_zeros() as usize % LANES;
+            bits &= bits - 1;
+            next = key(entries[lane], node.child(lane));
+            // The nearest goes on at once, the others onto the stack, the farthest lowest.
+            let bottom = top;
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize % LANES;
+                bits &= bits - 1;
+                let other = key(entries[lane], node.child(lane));
+                let more = next.max(other);
+                next = next.min(other);
+                let mut at = top;
+                while at > bottom && stack[at - 1] < more {
+                    stack[at] = stack[at - 1];
+                    at -= 1;
+                }
+                stack[at] = more;
+                top += 1;
+                match Child(more as u32).target() {
+                    Ok(index) => prefetch(&tree.nodes, index),
+                    Err((ShapeKind::Sphere, block)) => prefetch(&blocks.spheres.blocks, block),
+                    Err((ShapeKind::Quad, block)) => prefetch(&blocks.quads.blocks, block),
+                    Err((_, block)) => prefetch(&blocks.triangles.blocks, block),
+                }
+            }
+        } else {
+            loop {
+                if top == 0 {
+                    return found;
+                }
+                top -= 1;
+                if entry_of(stack[top]) <= found.0 {
+                    next = stack[top];
+                    break;
+                }
+            }
+        }
+        loop {
+            match Child(next as u32).target() {
+                Ok(node) => {
+                    index = node;
+                    continue 'node;
+                }
+                Err((kind, block)) => {
+                    let before = found;
+                    found = match kind {
+                        ShapeKind::Sphere => test(simd, &blocks.spheres, block, ray, found, end),
+                        // Planes are never in a tree.
+                        ShapeKind::Plane => found,
+                        ShapeKind::Quad => test(simd, &blocks.quads, block, ray, found, end),
+                        ShapeKind::Triangle => {
+                            test(simd, &blocks.triangles, block, ray, found, end)
+                        }
+                    };
+                    if found != before {
+                        if question == Question::Any {
+                            return found;
+                        }
+                        end = F::splat(simd, found.0);
+                    }
+                }
+            }
+            loop {
+                if top == 0 {
+                    return found;
+                }
+                top -= 1;
+                if entry_of(stack[top]) <= found.0 {
+                    next = stack[top];
+                    break;
+                }
+            }
+        }
     }
 }
 
+/// The better of `best` and the closest hit in a block.
 #[inline(always)]
-fn closest_in<S: Simd, B: Block>(
+pub fn test<S: Simd, B: Block>(
     simd: S,
-    block: &B,
-    ray: &RayLanes<S, Uniform>,
+    shelf: &Shelf<B>,
+    block: usize,
+    ray: &RayLanes<S>,
     mut best: (f32, u32),
+    end: F<S>,
 ) -> (f32, u32) {
-    let c = block.test(simd, ray);
-    let end = F::splat(simd, best.0);
+    let c = shelf.blocks[block].test(simd, ray);
     let near = c.hit & c.t.simd_le(end);
     if near.any_true() {
-        let (entry, passes) = enter(simd, ray, &block.frame().boxes(simd));
+        let (entry, passes) = enter(simd, ray, &shelf.frames[block].boxes(simd));
         let t = entry.simd_gt(c.t).select(entry, c.t);
         let mut bits = (near & passes & t.simd_le(end)).to_bitmask();
         while bits != 0 {
@@ -61,101 +183,4 @@ fn closest_in<S: Simd, B: Block>(
         }
     }
     best
-}
-
-/// Marks the rays that hit anything before their end.
-#[inline(always)]
-pub fn any<S: Simd>(
-    simd: S,
-    (tree, blocks): (&Tree, &Blocks),
-    rays: &Rays,
-    occluded: &mut [bool],
-    stack: &mut Stack,
-) {
-    for i in (0..rays.len()).filter(|i| is_castable(rays, *i)) {
-        if occluded[i] {
-            continue;
-        }
-        let ray = RayLanes::splat(simd, rays, i);
-        let end = rays.t_max[i];
-        let mut hit = false;
-        walk(simd, tree, &ray, end, stack, |kind, block, end| {
-            hit = match kind {
-                ShapeKind::Sphere => any_in(simd, &blocks.spheres[block], &ray, end),
-                ShapeKind::Plane => any_in(simd, &blocks.planes[block], &ray, end),
-                ShapeKind::Quad => any_in(simd, &blocks.quads[block], &ray, end),
-                ShapeKind::Triangle => any_in(simd, &blocks.triangles[block], &ray, end),
-            };
-            (!hit).then_some(end)
-        });
-        occluded[i] = hit;
-    }
-}
-
-#[inline(always)]
-fn any_in<S: Simd, B: Block>(simd: S, block: &B, ray: &RayLanes<S, Uniform>, end: f32) -> bool {
-    let c = block.test(simd, ray);
-    let end = F::splat(simd, end);
-    let near = c.hit & c.t.simd_lt(end);
-    if !near.any_true() {
-        return false;
-    }
-    let (entry, passes) = enter(simd, ray, &block.frame().boxes(simd));
-    (near & passes & entry.simd_lt(end)).any_true()
-}
-
-/// Visits the blocks that the ray may hit before `end`, nearest boxes first. `visit` gives the new
-/// end, or `None` to stop.
-#[inline(always)]
-fn walk<S: Simd>(
-    simd: S,
-    tree: &Tree,
-    ray: &RayLanes<S, Uniform>,
-    mut end: f32,
-    stack: &mut Stack,
-    mut visit: impl FnMut(ShapeKind, usize, f32) -> Option<f32>,
-) {
-    if tree.nodes.is_empty() {
-        return;
-    }
-    let stack = &mut stack.0;
-    stack.clear();
-    let mut index = 0;
-    loop {
-        let node = &tree.nodes[index];
-        let boxes = BoxLanes {
-            lo: load3(simd, [&node.lo[0], &node.lo[1], &node.lo[2]]),
-            hi: load3(simd, [&node.hi[0], &node.hi[1], &node.hi[2]]),
-        };
-        let (entry, passes) = enter(simd, ray, &boxes);
-        let mut bits = (passes & entry.simd_le(F::splat(simd, end))).to_bitmask();
-        let first = stack.len();
-        while bits != 0 {
-            let lane = bits.trailing_zeros() as usize % LANES;
-            bits &= bits - 1;
-            let found = (entry.as_slice()[lane], node.child[lane]);
-            // Farthest at the bottom.
-            let mut at = stack.len();
-            stack.push(found);
-            while at > first && stack[at - 1].0 < found.0 {
-                stack[at] = stack[at - 1];
-                at -= 1;
-            }
-            stack[at] = found;
-        }
-        index = loop {
-            let Some((entry, child)) = stack.pop() else { return };
-            // An equal entry may still hold a tie with a lower id.
-            if entry > end {
-                continue;
-            }
-            match child.target() {
-                Ok(node) => break node,
-                Err((kind, block)) => match visit(kind, block, end) {
-                    Some(new_end) => end = new_end,
-                    None => return,
-                },
-            }
-        };
-    }
 }

@@ -1,6 +1,6 @@
 //! One test a shape. Each gives t, whether the ray hits, and the hit's code, before the box test.
 
-use crate::lanes::{F, M, Permute, RayLanes, U, V3, dot, sub};
+use crate::lanes::{F, M, RayLanes, U, V3, dot, sub};
 use fearless_simd::prelude::*;
 
 /// What a kernel answers.
@@ -31,11 +31,7 @@ pub struct SphereLanes<S: Simd> {
 /// The near root counts if it is in front and the ray does not leave this sphere; else the far root,
 /// if the ray does not leave it on its outside.
 #[inline(always)]
-pub fn sphere<S: Simd, P: Permute<S>>(
-    simd: S,
-    ray: &RayLanes<S, P>,
-    s: &SphereLanes<S>,
-) -> Candidate<S> {
+pub fn sphere<S: Simd>(simd: S, ray: &RayLanes<S>, s: &SphereLanes<S>) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
     let l = sub(s.center, ray.o);
     let b = dot(l, ray.d);
@@ -47,9 +43,11 @@ pub fn sphere<S: Simd, P: Permute<S>>(
     }
     let root = disc.sqrt();
     let (near, far) = (b - root, b + root);
-    let other = !ray.last.simd_eq(s.code);
-    let near_counts = near.simd_gt(zero) & other;
-    let far_counts = far.simd_gt(zero) & (other | ray.last_inside);
+    // The surface left apart from its side, and that side.
+    let other = !(ray.last & !1u32).simd_eq(s.code);
+    let from_inside = ray.last.simd_eq(s.code | 1u32);
+    let near_counts = near.simd_gt(ray.start) & other;
+    let far_counts = far.simd_gt(ray.start) & (other | from_inside);
     Candidate {
         t: near_counts.select(near, far),
         hit: meets & (near_counts | far_counts),
@@ -70,22 +68,20 @@ pub struct PlaneLanes<S: Simd> {
 
 /// Plane: n.(point - o) / n.d.
 #[inline(always)]
-pub fn plane<S: Simd, P: Permute<S>>(
-    simd: S,
-    ray: &RayLanes<S, P>,
-    p: &PlaneLanes<S>,
-) -> Candidate<S> {
+pub fn plane<S: Simd>(_simd: S, ray: &RayLanes<S>, p: &PlaneLanes<S>) -> Candidate<S> {
     let t = dot(p.normal, sub(p.point, ray.o)) / dot(p.normal, ray.d);
-    let hit = t.simd_gt(F::splat(simd, 0.0)) & !ray.last.simd_eq(p.code);
+    let hit = t.simd_gt(ray.start) & !(ray.last & !1u32).simd_eq(p.code);
     Candidate { t, hit, code: p.code }
 }
 
 /// Quads in lanes, or one in all lanes.
 #[derive(Clone, Copy)]
 pub struct QuadLanes<S: Simd> {
-    /// Corners in order around.
+    /// Corners in order around, the rays' longest axis third.
     pub corners: [V3<S>; 4],
-    /// Unit normals.
+    /// The first corner, axes as they are.
+    pub point: V3<S>,
+    /// Unit normals, axes as they are.
     pub normal: V3<S>,
     /// Codes.
     pub code: U<S>,
@@ -93,14 +89,13 @@ pub struct QuadLanes<S: Simd> {
 
 /// Quad: inside by the signs of four watertight edge functions, t by its plane.
 #[inline(always)]
-pub fn quad<S: Simd, P: Permute<S>>(
-    simd: S,
-    ray: &RayLanes<S, P>,
-    q: &QuadLanes<S>,
-) -> Candidate<S> {
+pub fn quad<S: Simd>(simd: S, ray: &RayLanes<S>, q: &QuadLanes<S>) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
-    let at = |i: usize| sheared(ray, sub(q.corners[i], ray.o));
-    let (a, b, c, d) = (at(0), at(1), at(2), at(3));
+    let o = ray.turned_origin();
+    let a = sheared(ray, sub(q.corners[0], o));
+    let b = sheared(ray, sub(q.corners[1], o));
+    let c = sheared(ray, sub(q.corners[2], o));
+    let d = sheared(ray, sub(q.corners[3], o));
     let edges = [edge(a, b), edge(b, c), edge(c, d), edge(d, a)];
     let mut any_neg = edges[0].simd_lt(zero);
     let mut any_pos = edges[0].simd_gt(zero);
@@ -108,16 +103,18 @@ pub fn quad<S: Simd, P: Permute<S>>(
         any_neg |= e.simd_lt(zero);
         any_pos |= e.simd_gt(zero);
     }
-    let t = dot(q.normal, sub(q.corners[0], ray.o)) / dot(q.normal, ray.d);
-    let hit =
-        !(any_neg & any_pos) & (any_neg | any_pos) & t.simd_gt(zero) & !ray.last.simd_eq(q.code);
-    Candidate { t, hit, code: q.code }
+    let inside = !(any_neg & any_pos) & (any_neg | any_pos) & !(ray.last & !1u32).simd_eq(q.code);
+    if !inside.any_true() {
+        return Candidate { t: zero, hit: inside, code: q.code };
+    }
+    let t = dot(q.normal, sub(q.point, ray.o)) / dot(q.normal, ray.d);
+    Candidate { t, hit: inside & t.simd_gt(ray.start), code: q.code }
 }
 
 /// Triangles in lanes, or one in all lanes.
 #[derive(Clone, Copy)]
 pub struct TriangleLanes<S: Simd> {
-    /// Corners.
+    /// Corners, the rays' longest axis third.
     pub corners: [V3<S>; 3],
     /// Codes.
     pub code: U<S>,
@@ -127,28 +124,28 @@ pub struct TriangleLanes<S: Simd> {
 /// of an edge is the exact negative of its neighbour's, and 0 counts as inside for both, so a ray at
 /// a shared edge hits one of the two at least. Both sides count.
 #[inline(always)]
-pub fn triangle<S: Simd, P: Permute<S>>(
-    simd: S,
-    ray: &RayLanes<S, P>,
-    tri: &TriangleLanes<S>,
-) -> Candidate<S> {
+pub fn triangle<S: Simd>(simd: S, ray: &RayLanes<S>, tri: &TriangleLanes<S>) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
-    let at = |i: usize| sheared(ray, sub(tri.corners[i], ray.o));
-    let (a, b, c) = (at(0), at(1), at(2));
+    let o = ray.turned_origin();
+    let (pa, pb, pc) = (sub(tri.corners[0], o), sub(tri.corners[1], o), sub(tri.corners[2], o));
+    let (a, b, c) = (sheared(ray, pa), sheared(ray, pb), sheared(ray, pc));
     let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));
     let any_neg = u.simd_lt(zero) | v.simd_lt(zero) | w.simd_lt(zero);
     let any_pos = u.simd_gt(zero) | v.simd_gt(zero) | w.simd_gt(zero);
+    let inside = !(any_neg & any_pos) & !(ray.last & !1u32).simd_eq(tri.code);
+    if !inside.any_true() {
+        return Candidate { t: zero, hit: inside, code: tri.code };
+    }
     let det = u + v + w;
     let t = (u * a[2] + v * b[2] + w * c[2]) / det;
-    let hit =
-        !(any_neg & any_pos) & !det.simd_eq(zero) & t.simd_gt(zero) & !ray.last.simd_eq(tri.code);
+    let hit = inside & !det.simd_eq(zero) & t.simd_gt(ray.start);
     Candidate { t, hit, code: tri.code }
 }
 
-/// `v` (relative to the ray's origin) in the space where the ray is the third axis.
+/// `p` (relative to the ray's origin, the longest axis third) in the space where the ray is the
+/// third axis.
 #[inline(always)]
-fn sheared<S: Simd, P: Permute<S>>(ray: &RayLanes<S, P>, v: V3<S>) -> V3<S> {
-    let p = ray.axis.permute(v);
+fn sheared<S: Simd>(ray: &RayLanes<S>, p: V3<S>) -> V3<S> {
     [p[0] - ray.shear[0] * p[2], p[1] - ray.shear[1] * p[2], ray.shear[2] * p[2]]
 }
 

@@ -1,7 +1,7 @@
 //! Rays in lanes, each against the one primitive that it is known to hit: no traversal.
 
 use crate::kernels::{self, PlaneLanes, QuadLanes, SphereLanes, TriangleLanes};
-use crate::lanes::{F, LANES, M, PerLane, RayLanes, U, V3, load3};
+use crate::lanes::{F, LANES, M, RayLanes, TURN, U, V3, abs, load3, rows3};
 use crate::rays::{HitCode, Rays};
 use crate::slab::{self, BoxLanes};
 use fearless_simd::prelude::*;
@@ -19,8 +19,7 @@ type Lane3 = [[f32; LANES]; 3];
 pub fn distances<S: Simd>(simd: S, g: &Geometry, rays: &Rays, codes: &[HitCode], t: &mut [f32]) {
     for first in (0..rays.len()).step_by(LANES) {
         let lanes = first..first + LANES;
-        let ray = RayLanes::load(simd, rays, first);
-        let found = eight(simd, g, &ray, &codes[lanes.clone()]);
+        let found = eight(simd, g, (rays, first), &codes[lanes.clone()]);
         found.store_slice(&mut t[lanes]);
     }
 }
@@ -32,18 +31,19 @@ struct Kinds {
 }
 
 #[inline(always)]
-fn eight<S: Simd>(simd: S, g: &Geometry, ray: &RayLanes<S, PerLane<S>>, codes: &[HitCode]) -> F<S> {
+fn eight<S: Simd>(simd: S, g: &Geometry, (rays, first): (&Rays, usize), codes: &[HitCode]) -> F<S> {
+    let ray = &along(simd, rays, first, 2);
     let mut kinds = Kinds { of: [[0; LANES]; 4], rows: [0; LANES] };
     let (mut lo, mut hi): (Lane3, Lane3) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
     let mut code = [0; LANES];
     let mut present = [false; 4];
-    for lane in 0..LANES {
-        let Some(prim) = codes[lane].prim() else { continue };
+    for (lane, known) in codes.iter().enumerate() {
+        let Some(prim) = known.prim() else { continue };
         let (kind, row) = g.shape[prim.index()];
         kinds.of[kind as usize][lane] = 1;
         kinds.rows[lane] = row as usize;
         present[kind as usize] = true;
-        code[lane] = codes[lane].0 & !1;
+        code[lane] = known.0 & !1;
         let bounds = &g.bounds[prim.index()];
         for k in 0..3 {
             lo[k][lane] = bounds.lo[k];
@@ -66,20 +66,17 @@ fn eight<S: Simd>(simd: S, g: &Geometry, ray: &RayLanes<S, PerLane<S>>, codes: &
         let hit = kernels::plane(simd, ray, &PlaneLanes { point, normal, code });
         t = is.select(hit.t, t);
     }
-    if present[ShapeKind::Quad as usize] {
-        let (is, rows) = lanes_of(simd, &kinds, ShapeKind::Quad);
-        let corner = |i: usize| gather(simd, &rows, |row| g.quads.corners[i].get(row));
-        let corners = [corner(0), corner(1), corner(2), corner(3)];
-        let normal = gather(simd, &rows, |row| g.quads.normal.get(row));
-        let hit = kernels::quad(simd, ray, &QuadLanes { corners, normal, code });
-        t = is.select(hit.t, t);
-    }
-    if present[ShapeKind::Triangle as usize] {
-        let (is, rows) = lanes_of(simd, &kinds, ShapeKind::Triangle);
-        let corner = |i: usize| gather(simd, &rows, |row| g.triangles.corners[i].get(row));
-        let corners = [corner(0), corner(1), corner(2)];
-        let hit = kernels::triangle(simd, ray, &TriangleLanes { corners, code });
-        t = is.select(hit.t, t);
+    if present[ShapeKind::Quad as usize] || present[ShapeKind::Triangle as usize] {
+        // Edge functions turn the longest axis to the third place: the rays of one at a time.
+        let size = [abs(ray.d[0]), abs(ray.d[1]), abs(ray.d[2])];
+        let is_x = size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]);
+        let is_y = !is_x & size[1].simd_ge(size[2]);
+        for (axis, of_axis) in [is_x, is_y, !(is_x | is_y)].into_iter().enumerate() {
+            if of_axis.any_true() {
+                let ray = along(simd, rays, first, axis);
+                t = of_axis.select(edged(simd, g, &ray, (&kinds, code), t), t);
+            }
+        }
     }
     let bounds = BoxLanes {
         lo: load3(simd, [&lo[0], &lo[1], &lo[2]]),
@@ -89,21 +86,68 @@ fn eight<S: Simd>(simd: S, g: &Geometry, ray: &RayLanes<S, PerLane<S>>, codes: &
     entry.simd_gt(t).select(entry, t)
 }
 
+/// The distances of shapes with edges, in the lanes that hold them; `t` elsewhere.
+#[inline(always)]
+fn edged<S: Simd>(
+    simd: S,
+    g: &Geometry,
+    ray: &RayLanes<S>,
+    (kinds, code): (&Kinds, U<S>),
+    mut t: F<S>,
+) -> F<S> {
+    let turned = |v: V3<S>| [v[ray.turn[0]], v[ray.turn[1]], v[ray.turn[2]]];
+    let (is, rows) = lanes_of(simd, kinds, ShapeKind::Quad);
+    if is.any_true() {
+        let corner = |i: usize| gather(simd, &rows, |row| g.quads.corners[i].get(row));
+        let point = corner(0);
+        let corners = [turned(point), turned(corner(1)), turned(corner(2)), turned(corner(3))];
+        let normal = gather(simd, &rows, |row| g.quads.normal.get(row));
+        let hit = kernels::quad(simd, ray, &QuadLanes { corners, point, normal, code });
+        t = is.select(hit.t, t);
+    }
+    let (is, rows) = lanes_of(simd, kinds, ShapeKind::Triangle);
+    if is.any_true() {
+        let corner = |i: usize| gather(simd, &rows, |row| g.triangles.corners[i].get(row));
+        let corners = [turned(corner(0)), turned(corner(1)), turned(corner(2))];
+        let hit = kernels::triangle(simd, ray, &TriangleLanes { corners, code });
+        t = is.select(hit.t, t);
+    }
+    t
+}
+
+/// Eight rays as kernels see those whose longest axis is `axis`.
+#[inline(always)]
+fn along<S: Simd>(simd: S, rays: &Rays, first: usize, axis: usize) -> RayLanes<S> {
+    let (o, d) = (rows3(simd, &rays.origin, first), rows3(simd, &rays.dir, first));
+    let one = F::splat(simd, 1.0);
+    let mut last = [0; LANES];
+    for (to, code) in last.iter_mut().zip(&rays.last[first..first + LANES]) {
+        *to = code.0;
+    }
+    let turn = TURN[axis];
+    let long = d[turn[2]];
+    RayLanes {
+        o,
+        d,
+        start: F::from_slice(simd, &rays.t_min[first..first + LANES]),
+        inv: [one / d[0], one / d[1], one / d[2]],
+        last: U::from_slice(simd, &last),
+        turn,
+        shear: [d[turn[0]] / long, d[turn[1]] / long, one / long],
+    }
+}
+
 /// The lanes of a kind, and in each the row of a primitive of that kind: elsewhere that of any.
 #[inline(always)]
 fn lanes_of<S: Simd>(simd: S, kinds: &Kinds, kind: ShapeKind) -> (M<S>, [usize; LANES]) {
     let of = &kinds.of[kind as usize];
     let mut any = 0;
-    for lane in 0..LANES {
-        if of[lane] == 1 {
-            any = kinds.rows[lane];
-        }
+    for (is, row) in of.iter().zip(&kinds.rows) {
+        any = if *is == 1 { *row } else { any };
     }
     let mut rows = [any; LANES];
-    for lane in 0..LANES {
-        if of[lane] == 1 {
-            rows[lane] = kinds.rows[lane];
-        }
+    for (row, (is, own)) in rows.iter_mut().zip(of.iter().zip(&kinds.rows)) {
+        *row = if *is == 1 { *own } else { *row };
     }
     (U::from_slice(simd, of).simd_eq(1u32), rows)
 }
@@ -111,8 +155,8 @@ fn lanes_of<S: Simd>(simd: S, kinds: &Kinds, kind: ShapeKind) -> (M<S>, [usize; 
 #[inline(always)]
 fn gather<S: Simd>(simd: S, rows: &[usize; LANES], get: impl Fn(usize) -> [f32; 3]) -> V3<S> {
     let mut lanes: Lane3 = [[0.0; LANES]; 3];
-    for lane in 0..LANES {
-        let v = get(rows[lane]);
+    for (lane, row) in rows.iter().enumerate() {
+        let v = get(*row);
         lanes[0][lane] = v[0];
         lanes[1][lane] = v[1];
         lanes[2][lane] = v[2];

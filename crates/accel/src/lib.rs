@@ -25,7 +25,12 @@
 //! | [`blocks`] | primitives in lanes |
 //! | [`build`] | the tree by binned surface area |
 //! | [`bvh`] | one ray through the tree |
-//! | [`packet`] | rays in lanes against few primitives |
+//! | [`flights`] | several single rays at once |
+//! | [`prefetch`] | memory asked for early |
+//! | [`bundle`] | rays that run together, and the frusta that hold them |
+//! | [`tile`] | a bundle through the list and the tree |
+//! | [`refit`] | primitives that moved |
+//! | [`stream`] | streams to bundles and single rays |
 //! | [`known`] | rays in lanes against what they are known to hit |
 //! | [`accel`] | all of it behind two calls |
 
@@ -33,16 +38,23 @@ pub mod accel;
 pub mod blocks;
 pub mod brute;
 pub mod build;
+pub mod bundle;
 pub mod bvh;
+pub mod flights;
 pub mod isa;
 pub mod kernels;
 pub mod known;
 pub mod lanes;
-pub mod packet;
+pub mod prefetch;
 pub mod rays;
+pub mod refit;
 pub mod slab;
+pub mod stream;
+pub mod tile;
 
 pub use accel::{Accel, Scratch, Structure};
 pub use isa::{Isa, IsaError};
-pub use rays::{HitCode, Hits, RayCounts, Rays};
+pub use rays::{HitCode, Hits, Question, RayCounts, Rays};
+pub use refit::Refit;
 pub use reflet_pack::PrimId;
+pub use stream::Way;

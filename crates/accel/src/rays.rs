@@ -56,6 +56,8 @@ pub struct Rays {
     pub origin: [Vec<f32>; 3],
     /// Unit directions: x, y, z.
     pub dir: [Vec<f32>; 3],
+    /// Where each ray begins: only hits whose kernel's t lies above it count. 0 unless it is written.
+    pub t_min: Vec<f32>,
     /// Where each ray ends: only hits with t below it count; may be infinite.
     pub t_max: Vec<f32>,
     /// The surface that each leaves, whose root at the origin does not count.
@@ -72,6 +74,7 @@ impl Rays {
             self.origin[k].push(origin[k]);
             self.dir[k].push(dir[k]);
         }
+        self.t_min.push(0.0);
         self.t_max.push(t_max);
         self.last.push(last);
         self.len += 1;
@@ -82,6 +85,7 @@ impl Rays {
     pub fn push_from(&mut self, other: &Rays, i: usize) {
         let at = |c: &[Vec<f32>; 3]| [c[0][i], c[1][i], c[2][i]];
         self.push(at(&other.origin), at(&other.dir), other.t_max[i], other.last[i]);
+        self.t_min[self.len - 1] = other.t_min[i];
     }
 
     /// Makes `len` rays of zeros, to be written in place; the columns are padded to whole lanes.
@@ -115,6 +119,7 @@ impl Rays {
             self.dir[k].resize(padded, 0.0);
             self.dir[k][self.len..].fill(0.0);
         }
+        self.t_min.resize(padded, 0.0);
         self.t_max.resize(padded, 0.0);
         self.last.resize(padded, HitCode::NONE);
     }
@@ -124,6 +129,7 @@ impl Rays {
             self.origin[k].truncate(self.len);
             self.dir[k].truncate(self.len);
         }
+        self.t_min.truncate(self.len);
         self.t_max.truncate(self.len);
         self.last.truncate(self.len);
     }
@@ -145,4 +151,13 @@ pub struct RayCounts {
     pub closest: u64,
     /// Rays of which it was asked whether they hit anything.
     pub any: u64,
+}
+
+/// What is asked of a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Question {
+    /// Which hit is closest.
+    Closest,
+    /// Whether there is any.
+    Any,
 }

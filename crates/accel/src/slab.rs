@@ -1,6 +1,6 @@
 //! The box test: the one slab routine.
 
-use crate::lanes::{F, M, Permute, RayLanes, V3};
+use crate::lanes::{F, M, RayLanes, V3, greater, lesser};
 use fearless_simd::prelude::*;
 
 /// How much later than its own arithmetic a ray leaves a box, as a factor. Each plane's t errs by
@@ -22,18 +22,16 @@ pub struct BoxLanes<S: Simd> {
 /// A plane that contains the ray gives a NaN (0 times infinity), which no comparison takes: the ray
 /// is not bounded by it.
 #[inline(always)]
-pub fn enter<S: Simd, P: Permute<S>>(
-    simd: S,
-    ray: &RayLanes<S, P>,
-    b: &BoxLanes<S>,
-) -> (F<S>, M<S>) {
-    let mut entry = F::splat(simd, 0.0);
+pub fn enter<S: Simd>(simd: S, ray: &RayLanes<S>, b: &BoxLanes<S>) -> (F<S>, M<S>) {
+    let zero = F::splat(simd, 0.0);
+    let mut entry = zero;
     let mut exit = F::splat(simd, f32::INFINITY);
     for k in 0..3 {
-        let near = (ray.neg[k].select(b.hi[k], b.lo[k]) - ray.o[k]) * ray.inv[k];
-        let far = (ray.neg[k].select(b.lo[k], b.hi[k]) - ray.o[k]) * ray.inv[k];
-        entry = near.simd_gt(entry).select(near, entry);
-        exit = far.simd_lt(exit).select(far, exit);
+        let is_negative = ray.inv[k].simd_lt(zero);
+        let near = (is_negative.select(b.hi[k], b.lo[k]) - ray.o[k]) * ray.inv[k];
+        let far = (is_negative.select(b.lo[k], b.hi[k]) - ray.o[k]) * ray.inv[k];
+        entry = greater(simd, near, entry);
+        exit = lesser(simd, far, exit);
     }
     (entry, entry.simd_le(exit * LEAVE))
 }

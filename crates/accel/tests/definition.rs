@@ -2,8 +2,10 @@
 
 use glam::DVec3;
 use proptest::prelude::*;
-use reflet_accel::{Accel, HitCode, Hits, Isa, RayCounts, Rays, Scratch, Structure, brute};
-use reflet_pack::{Columns, Overrides, Packer, ShapeKind};
+use reflet_accel::{
+    Accel, HitCode, Hits, Isa, PrimId, RayCounts, Rays, Refit, Scratch, Structure, Way, brute,
+};
+use reflet_pack::{Aabb, Columns, Geometry, Overrides, Packer, ShapeKind};
 use reflet_scene::{Camera, Plane, Quad, Scene, Sphere, Surface, Triangle};
 
 /// A small generator of its own: the same scenes on every machine.
@@ -157,30 +159,121 @@ fn aimed_rays(dice: &mut Dice, columns: &Columns, count: usize) -> Rays {
     rays
 }
 
-fn assert_equal(columns: &Columns, rays: &Rays) {
-    let g = &columns.geometry;
-    let want: Vec<(f32, HitCode)> = (0..rays.len())
-        .map(|i| {
-            let o = [0, 1, 2].map(|k| rays.origin[k][i]);
-            let d = [0, 1, 2].map(|k| rays.dir[k][i]);
-            brute::closest(g, o, d, rays.t_max[i], rays.last[i])
-        })
-        .collect();
-    for isa in Isa::available() {
-        for structure in [Structure::List, Structure::Tree] {
-            let accel = Accel::build(g, isa.level().expect("available"), structure);
-            let (mut hits, mut occluded) = (Hits::default(), Vec::new());
-            let (mut scratch, mut counts) = (Scratch::default(), RayCounts::default());
-            accel.closest(rays, &mut hits, &mut scratch, &mut counts);
-            accel.any(rays, &mut occluded, &mut scratch, &mut counts);
-            for (i, (t, code)) in want.iter().enumerate() {
-                let got = (hits.t[i].to_bits(), hits.code[i]);
-                assert_eq!(got, (t.to_bits(), *code), "closest of ray {i}, {isa:?} {structure:?}");
-                assert_eq!(occluded[i], !code.is_none(), "any of ray {i}, {isa:?} {structure:?}");
+/// Streams as a renderer makes them: tiles of rays from one eye or from neighbouring points, and
+/// of rays that end at one light; whole, cut short, and with strangers among them.
+fn tiled_rays(dice: &mut Dice, tiles: usize) -> Rays {
+    let mut rays = Rays::default();
+    for _ in 0..tiles {
+        let kind = dice.below(4);
+        let width = [0.001, 0.05, 0.5][dice.below(3) as usize];
+        let (eye, at) = (dice.place(6.0), dice.place(4.0));
+        let afar = if dice.below(4) == 0 { 500.0 } else { 1.0 };
+        for _ in 0..[64, 64, 64, 40, 9][dice.below(5) as usize] {
+            let near = at + dice.point(width * (at - eye).length().max(0.1));
+            let (from, to) = match kind {
+                0 => (eye * afar, near),
+                1 => (eye + dice.point(width), near),
+                2 => (near, eye * afar),
+                // A point on a lattice, through whose corner all go.
+                _ => (eye * afar, near.round()),
+            };
+            let from = f32s(from);
+            let way = to - DVec3::from_array(from.map(f64::from));
+            let d = if way.length() > 1e-6 { way.normalize() } else { dice.direction() };
+            let end = if kind == 2 { way.length() as f32 } else { f32::INFINITY };
+            rays.push(from, f32s(d), end, HitCode::NONE);
+            if dice.below(200) == 0 {
+                rays.push(f32s(dice.place(4.0)), f32s(dice.direction()), 9.0, HitCode::NONE);
             }
-            assert_eq!((counts.closest, counts.any), (want.len() as u64, want.len() as u64));
+            if dice.below(8) == 0 {
+                let i = rays.len() - 1;
+                rays.t_min[i] = dice.range(0.0, 6.0) as f32;
+            }
         }
     }
+    rays.pad();
+    rays
+}
+
+/// Puts half of the primitives elsewhere, or takes them away.
+fn moved(dice: &mut Dice, g: &Geometry) -> (Geometry, Vec<PrimId>) {
+    let (mut to, mut moved) = (g.clone(), Vec::new());
+    for prim in (0..g.len() as u32).map(PrimId) {
+        if dice.below(2) == 0 {
+            continue;
+        }
+        let (kind, row) = g.shape[prim.index()];
+        let (row, way) = (row as usize, f32s(dice.point(0.3)));
+        let shift = |c: &mut reflet_pack::geometry::Columns3| {
+            c.x[row] += way[0];
+            c.y[row] += way[1];
+            c.z[row] += way[2];
+        };
+        let bounds = match kind {
+            ShapeKind::Sphere => {
+                shift(&mut to.spheres.center);
+                let (c, r) = (to.spheres.center.get(row), to.spheres.radius[row]);
+                let (c, r) = (c.map(f64::from), f64::from(r));
+                Aabb::outward(c.map(|x| x - r), c.map(|x| x + r))
+            }
+            ShapeKind::Plane => {
+                shift(&mut to.planes.point);
+                Aabb::INFINITE
+            }
+            ShapeKind::Quad => {
+                to.quads.corners.iter_mut().for_each(shift);
+                Aabb::of_points(&to.quads.points(row))
+            }
+            ShapeKind::Triangle => {
+                to.triangles.corners.iter_mut().for_each(shift);
+                Aabb::of_points(&to.triangles.points(row))
+            }
+        };
+        if g.is_visible(prim) {
+            to.bounds[prim.index()] = if dice.below(8) == 0 { Aabb::EMPTY } else { bounds };
+            moved.push(prim);
+        }
+    }
+    (to, moved)
+}
+
+const WAYS: [Way; 4] = [Way::Auto, Way::Bundles, Way::Singly, Way::Flights];
+const STRUCTURES: [Structure; 2] = [Structure::List, Structure::Tree];
+
+fn assert_equal(columns: &Columns, rays: &Rays) {
+    let g = &columns.geometry;
+    let want = defined(g, rays);
+    for isa in Isa::available() {
+        for structure in STRUCTURES {
+            let mut accel = Accel::build(g, isa.level().expect("available"), structure);
+            for way in WAYS {
+                accel.cast_by(way);
+                assert_gives(&accel, rays, &want, &format!("{isa:?} {structure:?} {way:?}"));
+            }
+        }
+    }
+}
+
+fn defined(g: &Geometry, rays: &Rays) -> Vec<(f32, HitCode)> {
+    let ray = |i: usize| {
+        let o = [0, 1, 2].map(|k| rays.origin[k][i]);
+        let d = [0, 1, 2].map(|k| rays.dir[k][i]);
+        brute::closest(g, (o, d), (rays.t_min[i], rays.t_max[i]), rays.last[i])
+    };
+    (0..rays.len()).map(ray).collect()
+}
+
+fn assert_gives(accel: &Accel, rays: &Rays, want: &[(f32, HitCode)], how: &str) {
+    let (mut hits, mut occluded) = (Hits::default(), Vec::new());
+    let (mut scratch, mut counts) = (Scratch::default(), RayCounts::default());
+    accel.closest(rays, &mut hits, &mut scratch, &mut counts);
+    accel.any(rays, &mut occluded, &mut scratch, &mut counts);
+    for (i, (t, code)) in want.iter().enumerate() {
+        let got = (hits.t[i].to_bits(), hits.code[i]);
+        assert_eq!(got, (t.to_bits(), *code), "closest of ray {i}, {how}");
+        assert_eq!(occluded[i], !code.is_none(), "any of ray {i}, {how}");
+    }
+    assert_eq!((counts.closest, counts.any), (want.len() as u64, want.len() as u64));
 }
 
 proptest! {
@@ -192,6 +285,61 @@ proptest! {
         let columns = scene(&mut dice, count);
         assert_equal(&columns, &aimed_rays(&mut dice, &columns, 700));
     }
+
+    #[test]
+    fn every_stream_gives_the_bits_of_the_definition(seed: u64, count in 1u32..120) {
+        let mut dice = Dice(seed);
+        let columns = scene(&mut dice, count);
+        assert_equal(&columns, &tiled_rays(&mut dice, 16));
+    }
+
+    #[test]
+    fn what_is_refitted_hits_as_what_is_built(seed: u64, count in 1u32..120) {
+        let mut dice = Dice(seed);
+        let columns = scene(&mut dice, count);
+        let (to, changed) = moved(&mut dice, &columns.geometry);
+        let mut rays = aimed_rays(&mut dice, &columns, 300);
+        let tiles = tiled_rays(&mut dice, 6);
+        (0..tiles.len()).for_each(|i| rays.push_from(&tiles, i));
+        rays.pad();
+        let want = defined(&to, &rays);
+        for structure in STRUCTURES {
+            let level = Isa::Auto.level().expect("always");
+            let mut accel = Accel::build(&columns.geometry, level, structure);
+            let done = accel.refit(&to, &changed);
+            assert_gives(&accel, &rays, &want, &format!("{structure:?} {done:?}"));
+            // And back.
+            let done = accel.refit(&columns.geometry, &changed);
+            let want = defined(&columns.geometry, &rays);
+            assert_gives(&accel, &rays, &want, &format!("{structure:?} {done:?}, back"));
+        }
+    }
+}
+
+#[test]
+fn a_small_way_is_refitted_and_a_long_one_built_anew() {
+    let mut g = Geometry::default();
+    for i in 0..1000 {
+        g.push_sphere([(i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32], 0.4);
+    }
+    let level = Isa::Auto.level().expect("always");
+    let mut accel = Accel::build(&g, level, Structure::Auto);
+    let cost = accel.sah_cost();
+    let placed = |way: f32| {
+        let mut g = Geometry::default();
+        for i in 0..1000 {
+            let x = (i % 10) as f32 + if i == 500 { way } else { 0.0 };
+            g.push_sphere([x, (i / 10 % 10) as f32, (i / 100) as f32], 0.4);
+        }
+        g
+    };
+    assert_eq!(accel.refit(&placed(0.1), &[PrimId(500)]), Refit::Refitted);
+    assert!((accel.sah_cost() / cost - 1.0).abs() < 0.1);
+    assert_eq!(accel.refit(&placed(100.0), &[PrimId(500)]), Refit::Rebuilt);
+    assert_eq!(accel.refit(&g, &[PrimId(500)]), Refit::Refitted);
+    let mut fewer = Geometry::default();
+    fewer.push_sphere([0.0; 3], 1.0);
+    assert_eq!(accel.refit(&fewer, &[]), Refit::Rebuilt);
 }
 
 #[test]

@@ -68,6 +68,7 @@ pub fn template(job: &FarmJob) -> Result<String, Failure> {
                 "combination": "Column * Row",
             });
             let mut words = vec!["merge".into(), "-o".into(), output.clone()];
+            words.extend(job.compressed());
             for row in 1..=rows {
                 words.extend((1..=columns).map(|c| part(&c.to_string(), &row.to_string())));
             }

@@ -8,7 +8,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use reflet_accel::isa::Level;
 use reflet_accel::{Accel, Isa, RayCounts, Structure};
 use reflet_film::{Layout, Picture, TileMut, TransferTable};
-use reflet_pack::{Changes, Columns};
+use reflet_pack::{Changes, Columns, PrimId, SurfaceChange, SurfaceId};
 use reflet_trace::{BatchColours, Grid, Points, RayTally, Shader, Tracer};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -71,6 +71,8 @@ pub struct Work {
     pub rays: RayTally,
     /// Rays as `accel` counted them.
     pub counts: RayCounts,
+    /// Why all trees were made from scratch, if they were.
+    pub fresh: Option<&'static str>,
     /// Pixels of which at least one tree was made from its root.
     pub retraced_pixels: u64,
     /// Nodes whose point was found again without a ray.
@@ -178,11 +180,7 @@ impl Engine {
     ) -> Result<Work, Cancelled> {
         let start = Instant::now();
         let Batch { columns, changes, .. } = batch;
-        if self.accel.is_none() || changes.is_none_or(|c| !c.surfaces.is_empty()) {
-            let structure = self.options.structure;
-            let build = || Accel::build(&columns.geometry, self.level, structure);
-            self.accel = Some(self.pool.install(build));
-        }
+        self.accelerate(columns, changes);
         let build_ns = nanoseconds(start);
         let Some(first) = pictures.first() else { return Ok(Work::default()) };
         let start = Instant::now();
@@ -195,20 +193,43 @@ impl Engine {
         }
         let mut work = self.collect(pictures.len());
         work.tiles = grid.len() as u64;
+        work.fresh = if let Plan::Fresh(why) = plan { Some(why) } else { None };
         work.build_ns = build_ns;
         work.trace_ns = nanoseconds(start);
         Ok(work)
     }
 
+    /// Brings the structure that rays are intersected with up to date.
+    fn accelerate(&mut self, columns: &Columns, changes: Option<&Changes>) {
+        let geometry = &columns.geometry;
+        match (&mut self.accel, changes) {
+            (Some(accel), Some(changes)) => {
+                let ids =
+                    |s: SurfaceId| columns.surfaces.range(s.index()).map(|p| PrimId(p as u32));
+                let still_there = |c: &&SurfaceChange| c.surface.index() < columns.surfaces.len();
+                let moved = changes.surfaces.iter().filter(still_there);
+                let moved: Vec<PrimId> = moved.flat_map(|c| ids(c.surface)).collect();
+                if !changes.surfaces.is_empty() {
+                    self.pool.install(|| accel.refit(geometry, &moved));
+                }
+            }
+            (accel, _) => {
+                let (level, structure) = (self.level, self.options.structure);
+                let build = || Accel::build(geometry, level, structure);
+                *accel = Some(self.pool.install(build));
+            }
+        }
+    }
+
     /// Compares with what the kept trees were made for, and makes room for new ones.
     fn plan(&mut self, columns: &Columns, changes: Option<&Changes>, grid: Grid) -> Plan {
         if self.options.reuse == Reuse::Never {
-            return Plan::Fresh;
+            return Plan::Fresh("no trees are kept");
         }
         let made_for = MadeFor::of(columns, grid);
         let plan = match (&self.store, changes) {
             (Some(store), Some(changes)) => Plan::of(changes, &store.made_for, &made_for),
-            _ => Plan::Fresh,
+            _ => Plan::Fresh("there is no frame before"),
         };
         match (&plan, &mut self.store) {
             (Plan::Keep(keep), Some(store)) => {

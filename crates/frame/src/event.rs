@@ -1,5 +1,6 @@
 //! What is told while a job is done, and how it can fail.
 
+use crate::changed::Changed;
 use reflet_script::ScriptError;
 use reflet_trace::RayTally;
 use std::path::PathBuf;
@@ -59,6 +60,10 @@ pub struct FrameReport {
     pub trace_ns: u64,
     /// Time of encoding and writing; it overlaps with the frames after.
     pub encode_ns: u64,
+    /// What differs from the frame before.
+    pub changed: Changed,
+    /// Why all trees were made from scratch, if they were.
+    pub fresh: Option<&'static str>,
     /// Rays cast.
     pub rays: RayTally,
     /// Rays as `accel` counted them: closest hits and shadows.
@@ -113,6 +118,17 @@ pub struct Summary {
     pub rays: RayTally,
     /// Bytes written.
     pub bytes: u64,
+    /// Frames of which no tree was made from its root.
+    pub frames_without_retrace: u64,
+    /// Rays that were not cast, since the trees of frames before served: for each frame, as many as
+    /// the last one cast of which all trees were made from scratch.
+    pub rays_saved: u64,
+    /// Tiles that were copied from the frame before, and all tiles.
+    pub tiles_copied: [u64; 2],
+    /// Bands of rows whose bytes were kept, and all bands.
+    pub bands_kept: [u64; 2],
+    /// Rays of the last frame of which all trees were made from scratch.
+    pub fresh_rays: u64,
     /// The instructions in use.
     pub isa: &'static str,
     /// Threads that traced.
@@ -127,6 +143,15 @@ impl Summary {
         self.rays += frame.rays;
         self.bytes += frame.bytes;
         self.trace_ns += frame.trace_ns;
+        self.frames_without_retrace += u64::from(frame.retraced_pixels == 0);
+        if frame.fresh.is_some() {
+            self.fresh_rays = frame.rays.total();
+        }
+        self.rays_saved += self.fresh_rays.saturating_sub(frame.rays.total());
+        self.tiles_copied[0] += frame.tiles - frame.shaded_tiles;
+        self.tiles_copied[1] += frame.tiles;
+        self.bands_kept[0] += frame.bands_kept;
+        self.bands_kept[1] += frame.bands_kept + frame.bands_encoded;
     }
 }
 

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`job`] | what is asked for |
 //! | [`event`] | what is told while it is done |
+//! | [`changed`] | what differs from the frame before, by name |
 //! | [`run`] | the stages in order |
 //! | [`engine`] | columns to pictures, tile by tile on all threads |
 //! | `tile` | one tile of a batch of frames |
@@ -17,6 +18,7 @@
 //! | [`output`] | pictures to files, while the next frame is traced |
 //! | [`memory`] | what this machine has |
 
+pub mod changed;
 pub mod engine;
 pub mod event;
 pub mod job;
@@ -33,6 +35,7 @@ mod tile;
 pub mod tiles;
 pub mod verify;
 
+pub use changed::{Changed, Thing};
 pub use engine::{Batch, Engine, EngineOptions};
 pub use event::{Event, FrameReport, RenderError, Summary};
 pub use job::{Draft, Job, Reuse};

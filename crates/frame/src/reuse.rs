@@ -16,8 +16,8 @@ use reflet_trace::{Grid, Moved, PatternCells, Revision, Trees};
 /// What is done with the trees kept of the frame before.
 #[derive(Debug)]
 pub enum Plan {
-    /// All trees are made from scratch.
-    Fresh,
+    /// All trees are made from scratch, and why.
+    Fresh(&'static str),
     /// They are brought up to date.
     Keep(Box<Keep>),
 }
@@ -67,9 +67,14 @@ const MOST_MOVED: usize = 24;
 impl Plan {
     /// What to do with trees made for `old` when the scene is now made for `new`.
     pub fn of(changes: &Changes, old: &MadeFor, new: &MadeFor) -> Plan {
-        let same = old.grid == new.grid && old.surfaces == new.surfaces && old.prims == new.prims;
-        if changes.view || !same || changes.surfaces.len() > MOST_MOVED {
-            return Plan::Fresh;
+        if changes.view || old.grid != new.grid {
+            return Plan::Fresh("the camera moved");
+        }
+        if old.surfaces != new.surfaces || old.prims != new.prims {
+            return Plan::Fresh("there are more or fewer surfaces");
+        }
+        if changes.surfaces.len() > MOST_MOVED {
+            return Plan::Fresh("very many surfaces moved");
         }
         let mut keep = Keep {
             woken: changes.woken.clone(),

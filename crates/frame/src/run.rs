@@ -1,5 +1,6 @@
 //! The stages in order.
 
+use crate::changed::Changed;
 use crate::engine::{Batch, Engine, EngineOptions, Work, nanoseconds};
 use crate::event::{Event, FrameReport, RenderError, Summary};
 use crate::job::{Draft, Job, Reuse};
@@ -205,7 +206,11 @@ impl Run<'_, '_> {
             }
             pending.colours.push(self.packer.columns(), &changes);
             let pack_ns = lap();
-            let report = FrameReport { frame, script_ns, pack_ns, ..Default::default() };
+            let changed = match follows {
+                true => Changed::of(&changes, self.packer.columns(), stage),
+                false => Changed::default(),
+            };
+            let report = FrameReport { frame, changed, script_ns, pack_ns, ..Default::default() };
             pending.frames.push(Waiting { report, provenance, fate });
             if pending.frames.len() == 1 {
                 pending.changes = follows.then_some(changes);
@@ -298,6 +303,7 @@ fn told(report: FrameReport, work: &Work, i: usize) -> FrameReport {
         return report;
     }
     FrameReport {
+        fresh: work.fresh,
         build_ns: work.build_ns,
         rays: work.rays,
         accel_rays: work.counts.closest + work.counts.any,

@@ -3,7 +3,7 @@
 use crate::reuse::{Keep, Plan};
 use reflet_film::{Picture, TileMut, TransferTable};
 use reflet_trace::touch::TouchScratch;
-use reflet_trace::{Colour, Grid, ShadeScratch, Shader, TileRect, TraceScratch, Tracer, Trees};
+use reflet_trace::{Grid, ShadeScratch, Shader, TileRect, TraceScratch, Tracer, Trees};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The trees of one tile, a sample each; none if there was no room.
@@ -46,7 +46,6 @@ pub(crate) struct Worker {
     pub shade: ShadeScratch,
     touch: TouchScratch,
     trees: Trees,
-    colours: Vec<Colour>,
 }
 
 /// Whether a tile's pixels can differ from those of the frame before.
@@ -79,8 +78,8 @@ impl Worker {
                 }
                 _ => {
                     let place = (rect, tiler.grid.edge);
-                    tiler.shader.finish(frame, place, &self.shade, &mut self.colours);
-                    tiler.table.encode_tile(&self.colours, &mut tile.samples);
+                    let colours = tiler.shader.finish(frame, place, &mut self.shade);
+                    tiler.table.encode_tile(colours, &mut tile.samples);
                     self.shaded_tiles[frame] += 1;
                 }
             }

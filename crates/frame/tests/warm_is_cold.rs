@@ -2,11 +2,13 @@
 //! scenes under random edits, over threads, tile sizes, memory budgets, and SIMD levels.
 
 use glam::DVec3;
+use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestRng, TestRunner};
+use proptest::{arbitrary::any, collection, strategy::Strategy};
 use reflet_accel::{Isa, Structure};
 use reflet_film::{Layout, Picture, SampleKind, Transfer, TransferTable};
 use reflet_frame::engine::Work;
 use reflet_frame::{Batch, Engine, EngineOptions, Reuse};
-use reflet_pack::{Changes, Columns, Overrides, Packer, SceneHasher};
+use reflet_pack::{Changes, Columns, Overrides, Packer, SceneHasher, Volume};
 use reflet_scene::{
     Attenuation, Camera, Checker, Image, Key, Material, Plane, PointLight, Quad, Scene, Settings,
     Sphere, Spotlight, Surface, Triangle,
@@ -291,29 +293,36 @@ struct Pending {
 }
 
 impl Pending {
-    /// Renders all and compares; gives the last picture.
+    /// Renders all and compares; gives the last picture, or says which frame differs.
     fn hold(
         self,
         engine: &mut Engine,
         columns: &Columns,
-        last: Option<&Picture>,
-    ) -> Option<Picture> {
+        last: Option<Picture>,
+    ) -> Result<Option<Picture>, String> {
         if self.wanted.is_empty() {
-            return None;
+            return Ok(last);
         }
+        let last = last.as_ref();
         let (mut pictures, work) =
             render(engine, columns, self.changes.as_ref(), &self.colours, last);
         let counted = work.counts.closest + work.counts.any;
         assert_eq!(work.rays.total(), counted, "rays as trace and accel count them");
         for (picture, (want, which)) in pictures.iter().zip(&self.wanted) {
             let differ = bits(picture).iter().zip(want).filter(|(a, b)| a != b).count();
-            assert_eq!(differ, 0, "samples that differ: {which}");
+            if differ > 0 {
+                return Err(format!("{differ} samples differ: {which}"));
+            }
         }
-        pictures.pop()
+        Ok(pictures.pop())
     }
 }
 
-fn scenario(seed: u64, frames: usize, kinds: &mut dyn FnMut(&mut Dice) -> Vec<usize>) {
+/// What is done to the changes that the warm engine is told of.
+type Tamper = fn(&mut Changes);
+
+/// Plays a random scene under edits and says which warm frame is not the cold one, if any.
+fn play(seed: u64, frames: &[Vec<Edit>], tamper: Tamper) -> Result<(), String> {
     let mut dice = Dice(seed);
     let mut stage = stage(&mut dice);
     let mut warm = engine(&mut dice, Reuse::Keep);
@@ -321,22 +330,21 @@ fn scenario(seed: u64, frames: usize, kinds: &mut dyn FnMut(&mut Dice) -> Vec<us
     let mut before = stage.packer.columns().clone();
     let mut hasher = SceneHasher::default();
     let (mut pending, mut last) = (Pending::default(), None);
-    for frame in 0..frames {
+    for (frame, edits) in std::iter::once(&Vec::new()).chain(frames).enumerate() {
         stage.scene.rewind();
-        let edits = if frame == 0 { Vec::new() } else { kinds(&mut dice) };
-        for kind in &edits {
-            edit(*kind, &mut stage, &mut dice);
+        for (kind, seed) in edits {
+            edit(*kind, &mut stage, &mut Dice(*seed));
         }
         let which = format!("seed {seed} frame {frame} {edits:?}");
         let joins = stage.packer.only_recolours(&stage.scene);
-        let changes = stage.packer.update(&stage.scene);
+        let mut changes = stage.packer.update(&stage.scene);
         let columns = stage.packer.columns().clone();
         assert_eq!(changes, Changes::between(&before, &columns), "{which}");
         let name = hasher.hash(&columns, &changes);
         assert_eq!(name, SceneHasher::of(&columns), "{which}");
+        tamper(&mut changes);
         if !joins || pending.colours.len() >= longest {
-            let done = std::mem::take(&mut pending).hold(&mut warm, &before, last.as_ref());
-            last = done.or(last);
+            last = std::mem::take(&mut pending).hold(&mut warm, &before, last)?;
         }
         if pending.wanted.is_empty() {
             pending.changes = (frame > 0).then(|| changes.clone());
@@ -346,28 +354,41 @@ fn scenario(seed: u64, frames: usize, kinds: &mut dyn FnMut(&mut Dice) -> Vec<us
         pending.wanted.push((bits(&still(&mut cold, &columns, None).0), which));
         before = columns;
     }
-    pending.hold(&mut warm, &before, last.as_ref());
+    pending.hold(&mut warm, &before, last).map(|_| ())
+}
+
+/// A kind of edit, and what its numbers are drawn from.
+type Edit = (usize, u64);
+
+/// Frames that each have some edits of the kinds in `kinds`.
+fn frames(kinds: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Vec<Edit>>> {
+    collection::vec(collection::vec((kinds, any::<u64>()), 0..4), 1..7)
+}
+
+/// Plays `cases` random scenes under random edits; a failure is shrunk to the fewest frames and
+/// edits that still fail. The same cases at every run.
+fn hold(cases: u32, kinds: std::ops::Range<usize>) {
+    let config =
+        Config { cases, max_shrink_iters: 300, failure_persistence: None, ..Config::default() };
+    let rng = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let runner = &mut TestRunner::new_with_rng(config, rng);
+    let scenes = any::<u64>().no_shrink();
+    let held = runner.run(&(scenes, frames(kinds)), |(seed, frames)| {
+        play(seed, &frames, |_| {}).map_err(TestCaseError::fail)
+    });
+    held.unwrap_or_else(|failure| panic!("{failure}"));
 }
 
 #[test]
 fn each_kind_of_edit_alone() {
     for kind in 0..EDITS {
-        for seed in 0..3 {
-            // Edited in every other frame, so that frames go both ways.
-            let mut frame = 0;
-            scenario(seed * 100 + kind as u64, 6, &mut |_| {
-                frame += 1;
-                if frame % 3 == 0 { Vec::new() } else { vec![kind] }
-            });
-        }
+        hold(4, kind..kind + 1);
     }
 }
 
 #[test]
 fn edits_mixed() {
-    for seed in 1000..1040 {
-        scenario(seed, 6, &mut |dice| (0..dice.below(4)).map(|_| dice.below(EDITS)).collect());
-    }
+    hold(150, 0..EDITS);
 }
 
 /// What a frame costs after one edit: rays by kind, and whether any tree was made from its root.
@@ -399,5 +420,51 @@ fn only_what_can_differ_is_cast_again() {
         let (first, second) = cost(seed, 5);
         assert!(second.rays.camera < first.rays.camera, "one moved ball does not touch all");
         assert_eq!(second.retraced_pixels, second.rays.camera);
+    }
+}
+
+/// The tests of this file see every part of the comparison: with any one of them left out or made
+/// too small, some warm frame is not the cold one.
+#[test]
+fn each_comparison_is_needed() {
+    fn each_volume(changes: &mut Changes, f: fn(&mut Volume, &mut Volume)) {
+        changes.surfaces.iter_mut().for_each(|c| f(&mut c.old, &mut c.new));
+    }
+    fn shrink(volume: &mut Volume) {
+        match volume {
+            Volume::Nothing => {}
+            Volume::Ball { radius, .. } => *radius *= 0.8,
+            Volume::Box(bounds) => {
+                for k in 0..3 {
+                    let shrunk = (bounds.hi[k] - bounds.lo[k]) * 0.2;
+                    bounds.lo[k] += shrunk;
+                    bounds.hi[k] -= shrunk;
+                }
+            }
+        }
+    }
+    // The comparison left out, and the edit that needs it.
+    let left_out: [(&str, usize, Tamper); 14] = [
+        ("materials", 1, |c| c.materials.clear()),
+        ("woken materials", 0, |c| c.woken.clear()),
+        ("repainted surfaces", 8, |c| c.repainted.clear()),
+        ("pattern cells", 9, |c| c.patterns.clear()),
+        ("surfaces", 5, |c| c.surfaces.clear()),
+        ("where a surface was", 5, |c| each_volume(c, |old, _| *old = Volume::Nothing)),
+        ("where a surface is", 5, |c| each_volume(c, |_, new| *new = Volume::Nothing)),
+        ("all of a new ball", 5, |c| each_volume(c, |_, new| shrink(new))),
+        ("all of a new box", 10, |c| each_volume(c, |_, new| shrink(new))),
+        ("intensities of lights", 2, |c| c.lights.clear()),
+        ("places of lights", 3, |c| c.lights.clear()),
+        ("settings", 12, |c| c.model = false),
+        ("samples", 13, |c| c.samples = false),
+        ("the camera", 15, |c| c.view = false),
+    ];
+    for (what, kind, tamper) in left_out {
+        let caught = (0..60).any(|seed| {
+            let frames: Vec<Vec<Edit>> = (0..6).map(|i| vec![(kind, seed * 7 + i)]).collect();
+            play(seed, &frames, tamper).is_err()
+        });
+        assert!(caught, "no frame differs without the comparison of {what}");
     }
 }

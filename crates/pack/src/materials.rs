@@ -1,7 +1,7 @@
 //! Colours of reflection, one row a material.
 
 use crate::ids::MaterialId;
-use reflet_scene::Material;
+use reflet_scene::{Key, Material};
 
 /// A linear colour: red, green, blue.
 pub type Rgb = [f32; 3];
@@ -12,6 +12,8 @@ pub type Rgb = [f32; 3];
 pub struct Materials {
     /// The rows.
     pub rows: Vec<MaterialRow>,
+    /// Whose row each is; none of row 0.
+    pub key: Vec<Option<Key>>,
 }
 
 /// The three reflectivities of a material.
@@ -58,6 +60,16 @@ impl From<Material> for MaterialRow {
 impl Materials {
     /// The row of surfaces without a material.
     pub const GREY_MATT: MaterialId = MaterialId(0);
+
+    pub(crate) fn push(&mut self, key: Option<Key>, material: Material) {
+        self.rows.push(material.into());
+        self.key.push(key);
+    }
+
+    pub(crate) fn truncate(&mut self, n: usize) {
+        self.rows.truncate(n);
+        self.key.truncate(n);
+    }
 
     /// The row of `id`.
     #[inline]

@@ -78,10 +78,12 @@ impl std::error::Error for NoCamera {}
 impl Packer {
     /// Packs a scene as its script left it.
     pub fn new(scene: &Scene, overrides: Overrides) -> Result<Packer, NoCamera> {
+        let mut materials = Materials::default();
+        materials.push(None, Material::GREY_MATT);
         let columns = Columns {
             geometry: Geometry::default(),
             surfaces: Surfaces::default(),
-            materials: Materials { rows: vec![MaterialRow::from(Material::GREY_MATT)] },
+            materials,
             lights: Lights::default(),
             view: view(scene, &overrides).ok_or(NoCamera)?,
             model: model(scene, &overrides),
@@ -212,7 +214,7 @@ impl Packer {
             }
         }
         self.rows.truncate(base.keys);
-        c.materials.rows.truncate(base.materials);
+        c.materials.truncate(base.materials);
         c.lights.truncate(base.lights);
         c.surfaces.truncate(base.surfaces);
         c.geometry.truncate(base.prims, base.shapes);
@@ -243,7 +245,7 @@ impl Packer {
             self.append_surface(scene, key);
             Row::Surface(row)
         } else if let Some(material) = scene.get::<Material>(key) {
-            c.materials.rows.push(material.into());
+            c.materials.push(Some(key), material);
             Row::Material(c.materials.rows.len() as u32 - 1)
         } else if scene.has::<Checker>(key) {
             Row::Checker
@@ -506,9 +508,37 @@ impl Geometry {
         self.shape[prim].1 as usize
     }
 
+    /// Appends a sphere that wears nothing, and gives its id: primitives without a scene, to cast
+    /// rays at. One whose radius is not above 0, or that has a number that is not finite, is no
+    /// rays' to hit.
+    pub fn push_sphere(&mut self, center: [f32; 3], radius: f32) -> PrimId {
+        let prim = self.len();
+        self.push_blank(ShapeKind::Sphere, SurfaceId(prim as u32));
+        self.place_sphere(prim, center, radius);
+        if !(radius > 0.0 && center.iter().chain([&radius]).all(|x| x.is_finite())) {
+            self.bounds[prim] = Aabb::EMPTY;
+        }
+        PrimId(prim as u32)
+    }
+
+    /// Appends a triangle that wears nothing, and gives its id. One without an area, or with a
+    /// corner that is not finite, is no rays' to hit.
+    pub fn push_triangle(&mut self, corners: [[f32; 3]; 3]) -> PrimId {
+        let prim = self.len();
+        self.push_blank(ShapeKind::Triangle, SurfaceId(prim as u32));
+        self.set_triangle(prim, corners, None);
+        if !corners.iter().flatten().all(|x| x.is_finite()) {
+            self.bounds[prim] = Aabb::EMPTY;
+        }
+        PrimId(prim as u32)
+    }
+
     fn set_sphere(&mut self, prim: usize, s: &Sphere) {
+        self.place_sphere(prim, f32s(s.center), s.radius as f32);
+    }
+
+    fn place_sphere(&mut self, prim: usize, c: [f32; 3], r: f32) {
         let row = self.row_of(prim);
-        let (c, r) = (f32s(s.center), s.radius as f32);
         self.spheres.center.set(row, c);
         self.spheres.radius[row] = r;
         // The box of the sphere that the kernels see: rounded centre and radius.

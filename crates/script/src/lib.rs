@@ -28,6 +28,7 @@
 //! | `engine`, `guard` | what of Rhai scripts can reach, and its limits |
 //! | `nouns`, `table` | the one table of makers and keys; a new shape is one entry |
 //! | `parse`, `state`, `handle` | from maps to nouns, from handles to properties |
+//! | `origins` | where each thing was made, so that it can be named |
 //! | `time`, `capture`, `mutation` | frames, and putting captured variables back |
 //! | `vec3`, `maths`, `helpers`, `random`, `params` | what scripts calculate with |
 //! | `trouble`, `locate`, `error`, `names` | what is wrong, where, and what was meant |
@@ -48,6 +49,7 @@ mod maths;
 mod mutation;
 mod names;
 mod nouns;
+mod origins;
 mod own_thread;
 mod params;
 mod parse;

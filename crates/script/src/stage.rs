@@ -4,12 +4,13 @@ use crate::capture::Captured;
 use crate::engine::{self, Meter, Printer};
 use crate::error::{ErrorKind, ScriptError};
 use crate::locate::{self, Script};
+use crate::nouns::FORMS;
 use crate::own_thread;
 use crate::params::{Parameter, Parameters};
 use crate::state::{Phase, Shared, State};
 use crate::time::{FrameFn, Moment};
 use reflet_assets::Assets;
-use reflet_scene::Scene;
+use reflet_scene::{Key, Scene};
 use rhai::{AST, Dynamic, Engine, Position};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -260,6 +261,17 @@ impl Stage {
     /// What was seen that is no error: no light, triangles without area.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
+    }
+
+    /// What to call an entity: its maker, and where that was called.
+    pub fn name_of(&self, key: Key) -> String {
+        let state = self.state.lock();
+        let form = FORMS.iter().find(|form| form.get(&state.scene, key, 0).is_some());
+        let maker = form.map_or("thing", |form| form.maker());
+        match state.origins.place(key) {
+            Some(place) => format!("{maker} ({place})"),
+            None => maker.to_owned(),
+        }
     }
 
     /// The files that the script asked for so far, the script itself first: what to watch.

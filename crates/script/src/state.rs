@@ -2,6 +2,7 @@
 
 use crate::handle::Handle;
 use crate::nouns::{CHECKER, FORMS, MATERIAL};
+use crate::origins::Origins;
 use crate::params::Parameters;
 use crate::table::{AnyForm, Kind, Role, Value, to_dynamic};
 use crate::time::FrameFn;
@@ -42,6 +43,7 @@ pub(crate) struct State {
     kinds: BTreeMap<Key, Kind>,
     /// The names of mesh files, by the address of their columns, which `assets` keeps alive.
     files: HashMap<usize, String>,
+    pub origins: Origins,
 }
 
 /// The state, shared between native functions.
@@ -75,6 +77,7 @@ impl State {
             wearers_of_script: 0,
             kinds: BTreeMap::new(),
             files: HashMap::new(),
+            origins: Origins::default(),
         }
     }
 
@@ -91,6 +94,7 @@ impl State {
         self.wearers.truncate(self.wearers_of_script);
         let made = Key(self.scene.sealed_len());
         self.kinds.split_off(&made);
+        self.origins.truncate(made);
         self.written.clear();
     }
 
@@ -146,6 +150,7 @@ impl State {
         let key = form
             .make(&mut self.scene, values)
             .map_err(|fault| Trouble::with_key(fault.property, fault.to_string()))?;
+        self.origins.note(key, call.line().unwrap_or_default());
         if let Some(paint) = wears {
             self.note_wearer(key, Kind(form), paint);
             self.check_wearer(key, Kind(form))

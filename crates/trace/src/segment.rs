@@ -119,11 +119,12 @@ pub(crate) fn shadows<S: Simd>(
 ) {
     for first in (0..level.len()).step_by(LANES) {
         let some = first..(first + LANES).min(level.len());
-        let (mut free, mut blocked) = (0, 0);
-        for (lane, term) in terms[some.clone()].iter().enumerate() {
-            free |= u32::from(*term != 0.0) << lane;
-            blocked |= u32::from(term.to_bits() == (-0.0f32).to_bits()) << lane;
-        }
+        let term = lanes(simd, &terms[some.clone()]);
+        let is_zero = term.simd_eq(0.0);
+        let is_negative = term.to_bits().simd_eq((-0.0f32).to_bits());
+        let within = (1u32 << some.len()) - 1;
+        let free = !(is_zero.to_bitmask() as u32) & within;
+        let blocked = is_negative.to_bitmask() as u32 & within;
         if free | blocked == 0 {
             continue;
         }
@@ -152,6 +153,9 @@ fn meeting<S: Simd>(simd: S, segments: &Segments<S>, volumes: &[Volume]) -> u32 
 }
 
 fn mark(lanes: u32, touched: &mut [bool]) {
+    if lanes == 0 {
+        return;
+    }
     for (lane, touched) in touched.iter_mut().enumerate() {
         *touched |= lanes >> lane & 1 == 1;
     }
@@ -175,11 +179,19 @@ fn rows<S: Simd>(simd: S, level: &Level, first: usize) -> V3<S> {
         let at = &level.at;
         return load3(simd, [&at[0][first..end], &at[1][first..end], &at[2][first..end]]);
     }
-    let mut lanes = [[0.0; LANES]; 3];
-    for (lanes, column) in lanes.iter_mut().zip(&level.at) {
-        lanes[..level.len() - first].copy_from_slice(&column[first..]);
+    let at = &level.at;
+    [lanes(simd, &at[0][first..]), lanes(simd, &at[1][first..]), lanes(simd, &at[2][first..])]
+}
+
+/// Up to eight numbers of a column, then zeros.
+#[inline(always)]
+fn lanes<S: Simd>(simd: S, column: &[f32]) -> F<S> {
+    if column.len() == LANES {
+        return F::from_slice(simd, column);
     }
-    load3(simd, [&lanes[0], &lanes[1], &lanes[2]])
+    let mut lanes = [0.0; LANES];
+    lanes[..column.len()].copy_from_slice(column);
+    F::from_slice(simd, &lanes)
 }
 
 /// Where the rays of some rows ended.

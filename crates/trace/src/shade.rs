@@ -38,6 +38,8 @@ pub struct ShadeScratch {
     own: Vec<Colour>,
     frames: Vec<FrameSum>,
     samples: u32,
+    /// A finished tile.
+    tile: Vec<Colour>,
 }
 
 /// A tile in one frame: the sum over the samples added so far.
@@ -138,25 +140,30 @@ impl<'a> Shader<'a> {
 
     /// Ends the mean: colours of a tile of `edge` pixels a side, row by row, of which `rect` is in
     /// the picture; black elsewhere.
-    pub fn finish(
+    pub fn finish<'s>(
         &self,
         frame: usize,
         (rect, edge): (TileRect, u32),
-        scratch: &ShadeScratch,
-        out: &mut Vec<Colour>,
-    ) {
-        let n = scratch.samples as f32;
+        scratch: &'s mut ShadeScratch,
+    ) -> &'s [Colour] {
+        let ShadeScratch { frames, samples, tile, .. } = scratch;
+        let sum = &frames[frame].sum;
         let (w, edge) = (rect.width as usize, edge as usize);
-        out.clear();
-        out.resize(edge * edge, Colour::default());
-        let sum = &scratch.frames[frame].sum;
-        for (out, sum) in out.chunks_mut(edge).zip(sum.chunks(w)) {
+        // One sample is its own mean: s / 1 is s.
+        if *samples == 1 && sum.len() == edge * edge {
+            return sum;
+        }
+        let n = *samples as f32;
+        tile.clear();
+        tile.resize(edge * edge, Colour::default());
+        for (out, sum) in tile.chunks_mut(edge).zip(sum.chunks(w)) {
             for (out, sum) in out.iter_mut().zip(sum) {
                 for (o, s) in out.iter_mut().zip(sum) {
-                    *o = s / n; // one sample is its own mean: s / 1 is s
+                    *o = s / n;
                 }
             }
         }
+        tile
     }
 }
 

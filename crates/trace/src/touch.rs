@@ -40,6 +40,7 @@ pub struct TouchScratch {
     /// Of each slot of a tile, whether its surface moved; 0 is a miss.
     moved_slots: Vec<bool>,
     pixels: Vec<u16>,
+    rows: [Vec<u16>; 2],
     grown: Trees,
     next: Rays,
 }
@@ -67,7 +68,7 @@ impl Tracer<'_> {
         if t.pixels.is_empty() {
             return 0;
         }
-        prune(trees, &t.touched);
+        prune(trees, &t.touched, &mut t.rows);
         self.grow_some((rect, sample), &t.pixels, &mut t.grown, s);
         graft(trees, &t.grown, &t.pixels);
         t.pixels.len()
@@ -128,6 +129,9 @@ impl Tracer<'_> {
                 }
             }
         }
+        if !t.touched.iter().take(trees.levels.len()).flatten().any(|touched| *touched) {
+            return;
+        }
         // A tree is touched as a whole: first up to the roots, then down to all of it.
         for depth in (1..trees.levels.len()).rev() {
             let (above, below) = t.touched.split_at_mut(depth);
@@ -144,22 +148,23 @@ impl Tracer<'_> {
     }
 }
 
-/// Takes the nodes of touched trees out, but for the roots, which keep their rows.
-fn prune(trees: &mut Trees, touched: &[Vec<bool>]) {
-    let mut renumbered: Vec<u16> = (0..trees.levels[0].len() as u16).collect();
+/// Takes the nodes of touched trees out, but for the roots, which keep their rows. `rows` is memory:
+/// where each row of a level has gone.
+fn prune(trees: &mut Trees, touched: &[Vec<bool>], [above, rows]: &mut [Vec<u16>; 2]) {
+    above.clear();
+    above.extend(0..trees.levels[0].len() as u16);
     for (level, touched) in trees.levels.iter_mut().zip(touched).skip(1) {
-        let mut keep = touched.iter().map(|t| !t);
-        let mut rows = Vec::with_capacity(level.len());
+        rows.clear();
         let mut kept = 0u16;
-        for (parent, t) in level.parent.iter_mut().zip(touched) {
+        for (parent, touched) in level.parent.iter_mut().zip(touched) {
             rows.push(kept);
-            if !t {
-                *parent = renumbered[usize::from(*parent)];
-                kept += 1;
-            }
+            *parent = above[usize::from(*parent)];
+            kept += u16::from(!touched);
         }
-        level.retain(|| keep.next().unwrap_or(true));
-        renumbered = rows;
+        if usize::from(kept) < level.len() {
+            level.remove(touched);
+        }
+        std::mem::swap(above, rows);
     }
 }
 

@@ -55,14 +55,13 @@ impl Level {
         }
     }
 
-    /// Keeps the rows for which `keep`, asked in order, is true.
-    pub(crate) fn retain(&mut self, mut keep: impl FnMut() -> bool) {
-        let keep: Vec<bool> = (0..self.len()).map(|_| keep()).collect();
-        retain(&mut self.code, &keep);
-        retain(&mut self.slot, &keep);
-        retain(&mut self.total, &keep);
-        retain(&mut self.parent, &keep);
-        self.light.iter_mut().chain(&mut self.at).for_each(|column| retain(column, &keep));
+    /// Takes the marked rows out.
+    pub(crate) fn remove(&mut self, marked: &[bool]) {
+        remove(&mut self.code, marked);
+        remove(&mut self.slot, marked);
+        remove(&mut self.total, marked);
+        remove(&mut self.parent, marked);
+        self.light.iter_mut().chain(&mut self.at).for_each(|column| remove(column, marked));
     }
 
     /// Replaces a row, but for its parent, by a row of another level with the same columns.
@@ -100,16 +99,23 @@ impl Level {
         }
     }
 
-    /// The bytes that its columns hold.
+    /// The bytes that it takes: its columns, and for each of them the allocator's own.
     pub fn bytes(&self) -> usize {
+        const ALLOCATION: usize = 16;
+        let columns = 4 + self.light.len() + self.at.iter().filter(|c| !c.is_empty()).count();
+        let own = size_of::<Level>() + self.light.len() * size_of::<Vec<f32>>();
+        own + columns * ALLOCATION + self.cells()
+    }
+
+    fn cells(&self) -> usize {
         let points = self.at.iter().map(Vec::len).sum::<usize>() * 4;
         self.len() * (4 + 2 + 4 + 2 + 4 * self.light.len()) + points
     }
 }
 
-fn retain<T: Copy>(column: &mut Vec<T>, keep: &[bool]) {
-    let mut rows = keep.iter();
-    column.retain(|_| rows.next().copied().unwrap_or(false));
+fn remove<T>(column: &mut Vec<T>, marked: &[bool]) {
+    let mut rows = marked.iter();
+    column.retain(|_| !rows.next().copied().unwrap_or(false));
 }
 
 /// The ray trees of one sample of one tile.
@@ -144,7 +150,7 @@ impl Trees {
         self.levels.iter().map(Level::len).sum()
     }
 
-    /// The bytes that all columns hold.
+    /// The bytes that all levels take.
     pub fn bytes(&self) -> usize {
         self.levels.iter().map(Level::bytes).sum::<usize>() + self.palette.len() * size_of::<Slot>()
     }

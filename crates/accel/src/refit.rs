@@ -1,0 +1,120 @@
+//! Primitives that moved: their lanes and boxes are written anew, and the boxes above them; the
+//! tree's shape stays until it has become a bad one.
+
+use crate::blocks::Blocks;
+use crate::build::Tree;
+use crate::lanes::LANES;
+use crate::rays::HitCode;
+use reflet_pack::{Geometry, PrimId, ShapeKind};
+use std::collections::BTreeSet;
+
+/// What became of a structure whose primitives moved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refit {
+    /// Only what moved, and the boxes above it, was written.
+    Refitted,
+    /// It was built again: primitives were added, removed, of another kind or visible for the first
+    /// time, or the boxes had grown too large.
+    Rebuilt,
+}
+
+/// Boxes that have grown to this many times their area are worth a new tree.
+pub const WORN: f32 = 1.5;
+
+/// Where each primitive is, and what is above each block and node.
+pub struct Places {
+    /// By primitive: eight times the block's index plus the lane, [`IN_LIST`] set if the block is
+    /// the list's; [`NOWHERE`] if it was invisible.
+    prim: Vec<u32>,
+    /// By kind and block of the leaves: the node's index times eight plus the lane.
+    leaf: [Vec<u32>; 4],
+    /// The same by node; that of the root means nothing.
+    node: Vec<u32>,
+}
+
+const IN_LIST: u32 = 1 << 31;
+const NOWHERE: u32 = u32::MAX;
+const KINDS: [ShapeKind; 4] =
+    [ShapeKind::Sphere, ShapeKind::Plane, ShapeKind::Quad, ShapeKind::Triangle];
+
+impl Places {
+    /// Finds them for `prims` primitives.
+    pub fn find(prims: usize, list: &Blocks, leaves: &Blocks, tree: &Tree) -> Places {
+        let mut places = Places {
+            prim: vec![NOWHERE; prims],
+            leaf: KINDS.map(|kind| vec![0; leaves.len(kind)]),
+            node: vec![0; tree.nodes.len()],
+        };
+        for (blocks, flag) in [(list, IN_LIST), (leaves, 0)] {
+            for kind in KINDS {
+                for block in 0..blocks.len(kind) {
+                    for (lane, code) in blocks.codes(kind, block).iter().enumerate() {
+                        if let Some(prim) = HitCode(*code).prim() {
+                            places.prim[prim.index()] = (block * LANES + lane) as u32 | flag;
+                        }
+                    }
+                }
+            }
+        }
+        for (index, node) in tree.nodes.iter().enumerate() {
+            for (lane, child) in (0..LANES).map(|lane| (lane, node.child(lane))) {
+                let above = (index * LANES + lane) as u32;
+                match child.target() {
+                    _ if child.is_none() => {}
+                    Ok(node) => places.node[node] = above,
+                    Err((kind, block)) => places.leaf[kind as usize][block] = above,
+                }
+            }
+        }
+        places
+    }
+
+    /// Writes `moved` where they are, and the boxes above them. `false`, and an unknown part of it
+    /// done, if that cannot be.
+    pub fn refit(
+        &self,
+        g: &Geometry,
+        moved: &[PrimId],
+        (list, leaves, tree): (&mut Blocks, &mut Blocks, &mut Tree),
+    ) -> bool {
+        let mut dirty = BTreeSet::new();
+        for prim in moved {
+            let Some(place) = self.prim.get(prim.index()).copied() else { return false };
+            if place == NOWHERE {
+                if g.is_visible(*prim) {
+                    return false;
+                }
+                continue;
+            }
+            let (kind, blocks) = (
+                g.shape[prim.index()].0,
+                if place & IN_LIST == 0 { &mut *leaves } else { &mut *list },
+            );
+            let at = (place & !IN_LIST) as usize;
+            let (block, lane) = (at / LANES, at % LANES);
+            let is_same = block < blocks.len(kind)
+                && blocks.codes(kind, block)[lane] == HitCode::outside(*prim).0;
+            if !is_same {
+                return false;
+            }
+            blocks.set(kind, block, lane, g, *prim);
+            if place & IN_LIST == 0 {
+                let above = self.leaf[kind as usize][block] as usize;
+                let (node, lane) = (above / LANES, above % LANES);
+                tree.nodes[node].set_bounds(lane, &leaves.bounds(kind, block));
+                dirty.insert(node);
+            }
+        }
+        // Nodes stand before those below them: from the last to the first.
+        while let Some(node) = dirty.pop_last() {
+            if node == 0 {
+                break;
+            }
+            let (bounds, above) = (tree.nodes[node].union(), self.node[node] as usize);
+            tree.nodes[above / LANES].set_bounds(above % LANES, &bounds);
+            dirty.insert(above / LANES);
+        }
+        tree.measure();
+        true
+    }
+}

@@ -1,0 +1,174 @@
+//! Streams of rays on their way to the structures: as bundles where rays run together, else one by
+//! one. What is chosen never shows in a hit.
+
+use crate::blocks::Blocks;
+use crate::build::Tree;
+use crate::bundle::{Bundle, NO_CLASS, RAYS};
+use crate::bvh::{self, Key};
+use crate::flights;
+use crate::lanes::LANES;
+use crate::rays::{HitCode, Question, Rays};
+use crate::tile;
+use fearless_simd::prelude::*;
+
+/// What rays are cast at.
+#[derive(Clone, Copy)]
+pub struct Structures<'a> {
+    /// What every ray is tested against.
+    pub list: &'a Blocks,
+    /// What the tree's leaves hold.
+    pub leaves: &'a Blocks,
+    /// The tree; empty if all is in the list.
+    pub tree: &'a Tree,
+    /// How rays go through the tree.
+    pub way: Way,
+}
+
+/// How rays go through a tree. Hits do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Way {
+    /// As suits the rays and the tree.
+    #[default]
+    Auto,
+    /// In bundles, culled by their frusta.
+    Bundles,
+    /// One after the other.
+    Singly,
+    /// Each on its own, several under way at once.
+    Flights,
+}
+
+/// Memory of one thread.
+#[derive(Default)]
+pub struct Memory {
+    taken: Box<Bundle>,
+    some: Box<Bundle>,
+    stack: Vec<Key>,
+}
+
+/// Casts all rays; `t` and `code` hold their ends and no code, and get their hits.
+#[inline(always)]
+pub fn cast<S: Simd>(
+    simd: S,
+    what: Structures<'_>,
+    rays: &Rays,
+    question: Question,
+    (t, code): (&mut [f32], &mut [HitCode]),
+    memory: &mut Memory,
+) {
+    let has_tree = !what.tree.nodes.is_empty();
+    if what.list.is_empty() && !has_tree {
+        return;
+    }
+    let limits = Limits::of(what, question);
+    let Memory { taken, some, stack } = memory;
+    stack.resize(stack.len().max(flights::stack_len(what.tree)), 0);
+    for first in (0..rays.len()).step_by(RAYS) {
+        if taken.take(simd, rays, first).is_some() {
+            taken.bound(simd, question);
+            cast_bundle(simd, (what, limits), question, taken, stack);
+        } else if what.list.is_empty() && taken.is_scattered(limits.apart, limits.spread) {
+            cast_singly(simd, what, question, taken, stack);
+        } else {
+            let mut slots = [[0u8; RAYS]; NO_CLASS as usize + 1];
+            let mut counts = [0; NO_CLASS as usize + 1];
+            for (slot, class) in taken.classes().iter().enumerate() {
+                let class = *class as usize % slots.len();
+                slots[class][counts[class] % RAYS] = slot as u8;
+                counts[class] += 1;
+            }
+            for (slots, count) in slots.iter().zip(counts).take(NO_CLASS as usize) {
+                if count > 0 {
+                    let slots = &slots[..count];
+                    some.select(taken, slots);
+                    some.bound(simd, question);
+                    cast_bundle(simd, (what, limits), question, some, stack);
+                    for (i, slot) in slots.iter().enumerate() {
+                        let slot = usize::from(*slot) % RAYS;
+                        (taken.t[slot], taken.code[slot]) = (some.t[i], some.code[i]);
+                    }
+                }
+            }
+        }
+        let len = taken.len;
+        t[first..first + len].copy_from_slice(&taken.t[..len]);
+        for (to, from) in code[first..first + len].iter_mut().zip(&taken.code[..len]) {
+            *to = HitCode(*from);
+        }
+    }
+}
+
+/// How far apart the rays of a bundle may start, summed over the axes, and how far its slopes may
+/// spread. Found by measuring; only time depends on it.
+#[derive(Clone, Copy)]
+struct Limits {
+    apart: f32,
+    spread: f32,
+}
+
+impl Limits {
+    fn of(what: Structures<'_>, question: Question) -> Limits {
+        let tree = what.tree;
+        match what.way {
+            Way::Auto => {}
+            Way::Bundles => return Limits { apart: f32::INFINITY, spread: f32::INFINITY },
+            Way::Singly | Way::Flights => return Limits { apart: -1.0, spread: -1.0 },
+        }
+        // The fewer nodes there are, the less a wide bundle visits in vain.
+        let ease = (4096.0 / tree.nodes.len().max(1) as f32).sqrt();
+        let spread = match question {
+            Question::Closest => 0.25,
+            // A ray alone stops at its first hit, a bundle only at the last ray's.
+            Question::Any => 0.08,
+        };
+        Limits { apart: 0.02 * ease * tree.extent, spread: spread * ease }
+    }
+}
+
+/// Trees of fewer nodes stay in the cache, more or less, and then rays are quicker one by one.
+const LARGE: usize = 16_384;
+
+/// Casts rays one by one.
+#[inline(always)]
+fn cast_singly<S: Simd>(
+    simd: S,
+    what: Structures<'_>,
+    question: Question,
+    bundle: &mut Bundle,
+    stack: &mut [Key],
+) {
+    let leaves = (what.tree, what.leaves);
+    let near = 0.05 * what.tree.extent;
+    let flies = match what.way {
+        Way::Auto | Way::Bundles => {
+            what.tree.nodes.len() > LARGE && bundle.is_scattered(near, f32::INFINITY)
+        }
+        Way::Singly => false,
+        Way::Flights => true,
+    };
+    if flies {
+        flights::cast(simd, leaves, bundle, question, stack);
+    } else {
+        bvh::cast(simd, leaves, bundle, question, stack);
+    }
+}
+
+/// Casts a bundle of one class.
+#[inline(always)]
+fn cast_bundle<S: Simd>(
+    simd: S,
+    (what, limits): (Structures<'_>, Limits),
+    question: Question,
+    bundle: &mut Bundle,
+    stack: &mut [Key],
+) {
+    tile::cast_at_list(simd, what.list, bundle, question);
+    if !what.tree.nodes.is_empty() {
+        let (slopes, origins) = bundle.spread();
+        if slopes < limits.spread && origins < limits.apart && bundle.len > LANES {
+            tile::cast(simd, (what.tree, what.leaves), bundle, question, stack);
+        } else {
+            cast_singly(simd, what, question, bundle, stack);
+        }
+    }
+}

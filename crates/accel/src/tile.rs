@@ -1,0 +1,170 @@
+//! A bundle of rays through the list and the tree: boxes against the bundle's frustum, eight at a
+//! time; then each primitive that it may hit against the frusta of its groups; and the groups that
+//! are left, eight rays in lanes, against the primitive.
+
+use crate::blocks::{Block, Blocks, Shelf};
+use crate::build::{Child, Tree};
+use crate::bundle::Bundle;
+use crate::bvh::{Key, entry_of, key};
+use crate::lanes::{F, LANES, U};
+use crate::prefetch::prefetch;
+use crate::rays::Question;
+use crate::slab::{BoxLanes, enter};
+use fearless_simd::prelude::*;
+use reflet_pack::ShapeKind;
+
+/// Tests the bundle against all of a list.
+#[inline(always)]
+pub fn cast_at_list<S: Simd>(simd: S, list: &Blocks, bundle: &mut Bundle, question: Question) {
+    for block in 0..list.spheres.blocks.len() {
+        test_apart(simd, &list.spheres, block, bundle, question);
+    }
+    for block in 0..list.planes.blocks.len() {
+        test_apart(simd, &list.planes, block, bundle, question);
+    }
+    for block in 0..list.quads.blocks.len() {
+        test_apart(simd, &list.quads, block, bundle, question);
+    }
+    for block in 0..list.triangles.blocks.len() {
+        test_apart(simd, &list.triangles, block, bundle, question);
+    }
+}
+
+/// Follows the bundle through the tree.
+#[inline(never)]
+pub fn cast<S: Simd>(
+    simd: S,
+    tree: (&Tree, &Blocks),
+    bundle: &mut Bundle,
+    question: Question,
+    stack: &mut [Key],
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || walk(simd, tree, bundle, question, stack),
+    );
+}
+
+#[inline(always)]
+fn walk<S: Simd>(
+    simd: S,
+    (tree, blocks): (&Tree, &Blocks),
+    bundle: &mut Bundle,
+    question: Question,
+    stack: &mut [Key],
+) {
+    let mut top = 0;
+    let mut index = 0;
+    loop {
+        let node = &tree.nodes[index];
+        let boxes = BoxLanes {
+            lo: [node.faces(simd, 0), node.faces(simd, 1), node.faces(simd, 2)],
+            hi: [node.faces(simd, 4), node.faces(simd, 5), node.faces(simd, 6)],
+        };
+        let (entry, mut bits) = bundle.meet(simd, &boxes);
+        let entries = entry.as_slice();
+        let bottom = top;
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize % LANES;
+            bits &= bits - 1;
+            let found = key(entries[lane], node.child(lane));
+            let mut at = top;
+            while at > bottom && stack[at - 1] < found {
+                stack[at] = stack[at - 1];
+                at -= 1;
+            }
+            stack[at] = found;
+            top += 1;
+            match node.child(lane).target() {
+                Ok(index) => prefetch(&tree.nodes, index),
+                Err((ShapeKind::Sphere, block)) => ask_for(&blocks.spheres, block),
+                Err((ShapeKind::Quad, block)) => ask_for(&blocks.quads, block),
+                Err((_, block)) => ask_for(&blocks.triangles, block),
+            }
+        }
+        index = loop {
+            if top == 0 {
+                return;
+            }
+            top -= 1;
+            if entry_of(stack[top]) > bundle.end() {
+                continue;
+            }
+            match Child(stack[top] as u32).target() {
+                Ok(node) => break node,
+                Err((kind, block)) => match kind {
+                    ShapeKind::Sphere => test_apart(simd, &blocks.spheres, block, bundle, question),
+                    // Planes are never in a tree.
+                    ShapeKind::Plane => {}
+                    ShapeKind::Quad => test_apart(simd, &blocks.quads, block, bundle, question),
+                    ShapeKind::Triangle => {
+                        test_apart(simd, &blocks.triangles, block, bundle, question)
+                    }
+                },
+            }
+        };
+    }
+}
+
+#[inline(always)]
+fn ask_for<B: Block>(shelf: &Shelf<B>, block: usize) {
+    prefetch(&shelf.frames, block);
+    prefetch(&shelf.blocks, block);
+}
+
+/// Tests the bundle against a block. (Not inlined: a copy for each caller would double the build.)
+#[inline(never)]
+fn test_apart<S: Simd, B: Block>(
+    simd: S,
+    shelf: &Shelf<B>,
+    block: usize,
+    bundle: &mut Bundle,
+    question: Question,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || test(simd, shelf, block, bundle, question),
+    );
+}
+
+#[inline(always)]
+fn test<S: Simd, B: Block>(
+    simd: S,
+    shelf: &Shelf<B>,
+    block: usize,
+    bundle: &mut Bundle,
+    question: Question,
+) {
+    let (frame, block) = (&shelf.frames[block], &shelf.blocks[block]);
+    let (_, mut prims) = bundle.meet(simd, &frame.boxes(simd));
+    while prims != 0 {
+        let lane = prims.trailing_zeros() as usize % LANES;
+        prims &= prims - 1;
+        let own = frame.box_of(simd, lane);
+        let mut groups = bundle.meeting(simd, &own);
+        while groups != 0 {
+            let group = groups.trailing_zeros() as usize % LANES;
+            groups &= groups - 1;
+            let ray = bundle.lanes(simd, group);
+            let c = block.test_one(simd, &ray, lane);
+            let at = group * LANES..(group + 1) * LANES;
+            let best = F::from_slice(simd, &bundle.t[at.clone()]);
+            if (c.hit & c.t.simd_le(best)).any_true() {
+                let (entry, passes) = enter(simd, &ray, &own);
+                let t = entry.simd_gt(c.t).select(entry, c.t);
+                let code = U::from_slice(simd, &bundle.code[at.clone()]);
+                let wins = t.simd_lt(best) | (t.simd_eq(best) & c.code.simd_lt(code));
+                let take = c.hit & passes & wins;
+                let t = match question {
+                    Question::Closest => t,
+                    // One hit is enough.
+                    Question::Any => F::splat(simd, -1.0),
+                };
+                let best = take.select(t, best);
+                best.store_slice(&mut bundle.t[at.clone()]);
+                take.select(c.code, code).store_slice(&mut bundle.code[at]);
+                bundle.shorten(simd, group, best);
+            }
+        }
+    }
+}
