@@ -179,7 +179,9 @@ fn a_fault_at_every_write_sync_and_rename() {
                     // Opening libraries and inputs can fail, too.
                     if call != "openat" {
                         assert_eq!(ran.status.code(), Some(74), "{what}");
-                        assert!(told.contains("frame "), "{what}");
+                        // The message itself may have been hit.
+                        let lost = call == "write" && told.is_empty();
+                        assert!(lost || told.contains("frame "), "{what}");
                     }
                 }
                 faults += 1;

@@ -44,7 +44,7 @@ fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
             Times::AtEachSave => watch::run(&meant, console, &signals),
         },
         Meant::Verify(meant) => verify::run(&meant, console, &signals),
-        Meant::Merge(args) => merge::run(&args, console),
+        Meant::Merge(args) => merge::run(&args, console, &signals),
         Meant::Film(args) => film::run(&args, console, &signals),
         Meant::Farm(command) => farm::run(&command, console),
         Meant::Profile(bench) => profile::bench(&bench),

@@ -3,6 +3,7 @@
 use crate::console::Console;
 use crate::exit::{Exit, Failure};
 use crate::progress::bytes;
+use crate::signals::Signals;
 use clap::Args;
 use reflet_film::{Compression, Target};
 use reflet_frame::MergeError;
@@ -29,7 +30,7 @@ pub struct MergeArgs {
 ///
 /// # Errors
 /// Gaps, overlaps, parts of other pictures or none; the output.
-pub fn run(args: &MergeArgs, console: &Console) -> Result<(), Failure> {
+pub fn run(args: &MergeArgs, console: &Console, signals: &Signals) -> Result<(), Failure> {
     let target = Target::parse(args.output.as_os_str(), args.format.as_deref(), 1)
         .map_err(|e| Failure::usage(e.to_string()))?;
     let format = target.format();
@@ -37,7 +38,9 @@ pub fn run(args: &MergeArgs, console: &Console) -> Result<(), Failure> {
         return Err(Failure::usage("merge makes one picture; let -o name a file, as in still.png"));
     }
     let path = target.path_for(0);
-    let merged = reflet_frame::merge(&args.parts, &path, format, args.compression);
+    let merge = || reflet_frame::merge(&args.parts, &path, format, args.compression);
+    // A signal that comes meanwhile is waited for, and then no half file stays.
+    let merged = signals.rendering(&path, "", |_| merge());
     let merged = merged.map_err(|error| {
         let exit = match error {
             MergeError::Input(_) => Exit::Input,

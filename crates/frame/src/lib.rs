@@ -15,6 +15,7 @@
 //! | [`verify`] | a finished sequence, checked |
 //! | [`tiles`], [`merge`] | parts of one huge picture, and the whole |
 //! | [`join`] | frames on disk to a film |
+//! | `writer` | the way to the thread that writes, and back |
 //! | [`output`] | pictures to files, while the next frame is traced |
 //! | [`memory`] | what this machine has |
 
@@ -34,6 +35,7 @@ pub mod run;
 mod tile;
 pub mod tiles;
 pub mod verify;
+mod writer;
 
 pub use changed::{Changed, Thing};
 pub use engine::{Batch, Engine, EngineOptions};

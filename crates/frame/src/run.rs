@@ -10,13 +10,14 @@ use crate::pictures::Pictures;
 use crate::provenance::{FileSettings, Provenance};
 use crate::resume::{self, Resume, Standing};
 use crate::tiles::Tile;
-use reflet_film::{Fps, Layout, Picture, SampleKind, Transfer, TransferTable};
+use crate::writer::Writer;
+use reflet_film::{Fps, Layout, SampleKind, Transfer, TransferTable};
 use reflet_pack::{Changes, Overrides, Packer, SceneHasher, TransferCurve};
 use reflet_script::{ScriptError, Stage};
 use reflet_trace::BatchColours;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Instant;
 
@@ -312,67 +313,6 @@ fn told(report: FrameReport, work: &Work, i: usize) -> FrameReport {
         tested_segments: work.tested_segments,
         deepened_nodes: work.deepened_nodes,
         ..report
-    }
-}
-
-/// The way to the thread that writes, and back.
-struct Writer<'e> {
-    finished: Sender<Finished>,
-    written: Receiver<Result<Finished, RenderError>>,
-    under_way: usize,
-    summary: Summary,
-    events: &'e mut dyn FnMut(Event<'_>),
-}
-
-impl Writer<'_> {
-    fn write(&mut self, frame: Finished) {
-        // If the writer has failed, its error is on the way back.
-        if self.finished.send(frame).is_ok() {
-            self.under_way += 1;
-        }
-    }
-
-    /// A picture to shade into; waits for one if all are under way.
-    fn take(&mut self, pictures: &mut Pictures) -> Result<Picture, RenderError> {
-        loop {
-            if let Some(picture) = pictures.take() {
-                return Ok(picture);
-            }
-            if self.under_way == 0 {
-                pictures.forget_last();
-                continue;
-            }
-            match self.written.recv() {
-                Ok(frame) => pictures.give_back(self.count(frame?)),
-                Err(_) => return Err(RenderError::Other("the writer has stopped".to_owned())),
-            }
-        }
-    }
-
-    /// Takes back what has been written by now.
-    fn reclaim(&mut self, pictures: &mut Pictures) -> Result<(), RenderError> {
-        while let Ok(frame) = self.written.try_recv() {
-            pictures.give_back(self.count(frame?));
-        }
-        Ok(())
-    }
-
-    /// Waits until all is written.
-    fn finish(mut self) -> Result<Summary, RenderError> {
-        let (closed, _) = channel();
-        drop(std::mem::replace(&mut self.finished, closed));
-        while let Ok(frame) = self.written.recv() {
-            self.count(frame?);
-        }
-        Ok(self.summary)
-    }
-
-    fn count(&mut self, frame: Finished) -> Arc<Picture> {
-        let r = &frame.report;
-        self.under_way -= 1;
-        self.summary.count(r);
-        (self.events)(Event::Frame(r));
-        frame.picture
     }
 }
 
