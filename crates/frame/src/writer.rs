@@ -73,4 +73,3 @@ impl Writer<'_> {
         frame.picture
     }
 }
-

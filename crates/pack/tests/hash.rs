@@ -41,12 +41,8 @@ impl Nouns {
         let material = Material { ambient: three(), diffuse: three(), specular: three() };
         let first = scene.spawn((material,));
         let second = scene.spawn((Material::GREY_MATT,));
-        let camera = Camera::LookAt {
-            eye: three(),
-            look_at: -three(),
-            up: DVec3::Y,
-            fov_degrees: 30.0,
-        };
+        let camera =
+            Camera::LookAt { eye: three(), look_at: -three(), up: DVec3::Y, fov_degrees: 30.0 };
         scene.singletons.camera = Some(scene.spawn((camera,)));
         scene.singletons.image = Some(scene.spawn((self.image,)));
         scene.singletons.settings = Some(scene.spawn((self.settings,)));
@@ -69,12 +65,8 @@ impl Nouns {
             triangles: vec![[0, 1, 2]],
         };
         // Data of its own at each call: the address counts for nothing.
-        let mesh = Mesh {
-            data: Arc::new(data),
-            scale: 1.0,
-            rotate: DVec3::ZERO,
-            translate: three(),
-        };
+        let mesh =
+            Mesh { data: Arc::new(data), scale: 1.0, rotate: DVec3::ZERO, translate: three() };
         scene.spawn((mesh, wear(second)));
         scene.seal();
         scene
