@@ -116,6 +116,14 @@ impl FarmJob {
         words
     }
 
+    /// The command that checks all frames.
+    fn verify(&self, frames: &[u32]) -> Vec<String> {
+        let mut words = vec!["verify".into(), text(&self.script), text(&self.output)];
+        words.extend(self.more.iter().cloned());
+        words.extend(["--frames".into(), ranges(frames)]);
+        words
+    }
+
     /// The option that compresses the whole of tiles.
     fn compressed(&self) -> Vec<String> {
         let name = self.compression.into_iter();

@@ -6,6 +6,7 @@
 #![cfg(unix)]
 
 use crate::room::{FIVE, Room, STILL};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -35,6 +36,14 @@ fn skip(what: &str) {
     let required = std::env::var_os("REFLET_REQUIRE_TOOLS").is_some_and(|v| v == "1");
     assert!(!required, "{what}, and REFLET_REQUIRE_TOOLS=1 asks for it");
     println!("skipped: {what}");
+}
+
+/// A scheduler that is there and that this machine does not let run: no failure of ours, but CI's
+/// last line tells of it.
+fn cannot_run(why: &str) {
+    let Some(report) = std::env::var_os("REFLET_REPORT") else { return skip(why) };
+    let report = std::fs::File::options().append(true).create(true).open(report);
+    writeln!(report.unwrap(), "not run: {why}").unwrap();
 }
 
 fn same(room: &Room, one: &str, other: &str) {
@@ -282,7 +291,7 @@ fn slurm_runs_arrays_and_what_depends_on_them() {
     }
     let slurm = match Slurm::start() {
         Ok(slurm) => slurm,
-        Err(why) => return skip(&why),
+        Err(why) => return cannot_run(&why),
     };
     let reflet = env!("CARGO_BIN_EXE_reflet");
     slurm.submit(&room, &tiles, reflet);
@@ -294,7 +303,7 @@ fn slurm_runs_arrays_and_what_depends_on_them() {
         case \"$1 $SLURM_ARRAY_TASK_ID ${SLURM_RESTART_COUNT:-0}\" in\n\
         'render 1 0')\n\
             REFLET \"$@\" &\n\
-            while ! ls farmed/f-*.png >/dev/null 2>&1; do sleep 0.02; done\n\
+            while ! ls farmed/f-0[0-3].png >/dev/null 2>&1; do sleep 0.02; done\n\
             kill -USR1 $!\n\
             wait $!;;\n\
         *) exec REFLET \"$@\";;\n\
@@ -305,8 +314,8 @@ fn slurm_runs_arrays_and_what_depends_on_them() {
     std::fs::set_permissions(&warned, std::fs::Permissions::from_mode(0o755)).unwrap();
     slurm.submit(&room, &frames, &warned.display().to_string());
     let told = logs(&room);
-    assert!(told.contains("stopped; "), "{told}");
-    assert!(told.contains("up to date and"), "{told}");
+    assert!(told.contains("error: stopped"), "{told}");
+    assert!(told.contains("all frames are up to date"), "{told}");
     assert!(room.path("film.webp").exists(), "{told}");
     same_frames(&room);
     same(&room, "film.webp", "local.webp");

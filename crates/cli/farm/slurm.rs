@@ -55,13 +55,22 @@ pub fn script(job: &FarmJob) -> String {
          echo \"$array\"\n"
     );
     if let Some(words) = job.ending() {
+        let verify = match &job.work {
+            Work::Frames { frames, .. } => {
+                let words = line(&job.verify(frames));
+                format!("set -e\n\"${{REFLET:-reflet}}\" {words}\n")
+            }
+            Work::Tiles { .. } => String::new(),
+        };
         script += &format!(
-            "sbatch --parsable --dependency=\"afterok:${{array%%;*}}\" \"$@\" <<'JOB'\n\
+            "# Not afterok: to that, a task that is queued again has failed. What is missing is noticed.\n\
+             sbatch --parsable --dependency=\"afterany:${{array%%;*}}\" \"$@\" <<'JOB'\n\
              #!/bin/sh\n\
              #SBATCH --job-name={name}-{}\n\
-             exec \"${{REFLET:-reflet}}\" {}\n\
+             {}exec \"${{REFLET:-reflet}}\" {}\n\
              JOB\n",
             words[0],
+            verify,
             line(&words)
         );
     }

@@ -3,7 +3,6 @@
 
 use crate::picture::{Layout, Picture, SampleKind};
 use crate::{exr, png};
-use std::io::Cursor;
 
 /// The picture in a PNG (any), an EXR or a PPM (ours), given as its bytes. PNG comes as 8 bits of
 /// red, green and blue: 16 bits are rounded, transparency is left out; EXR comes as floats.
@@ -28,37 +27,10 @@ fn blank(width: u32, height: u32) -> Result<Picture, String> {
 }
 
 fn png_picture(bytes: &[u8]) -> Result<Picture, String> {
-    let mut decoder = ::png::Decoder::new(Cursor::new(bytes));
-    decoder.set_transformations(::png::Transformations::EXPAND);
-    let mut reader = decoder.read_info().map_err(|error| error.to_string())?;
-    let (width, height) = reader.info().size();
-    let mut picture = blank(width, height)?;
-    let (colour, depth) = reader.output_color_type();
-    let channels = colour.samples();
-    let wide = depth == ::png::BitDepth::Sixteen;
-    let length = reader.output_buffer_size().ok_or("it is larger than the address space")?;
-    let mut pixels = Vec::new();
-    pixels.try_reserve_exact(length).map_err(|_| "there is no memory for it".to_owned())?;
-    pixels.resize(length, 0);
-    reader.next_frame(&mut pixels).map_err(|error| error.to_string())?;
-    let samples: Vec<u8> = if wide {
-        let pairs = pixels.as_chunks::<2>().0.iter();
-        // 65535 is 255 times 257.
-        pairs.map(|pair| ((u32::from(u16::from_be_bytes(*pair)) + 128) / 257) as u8).collect()
-    } else {
-        pixels
-    };
-    let mut row = Vec::with_capacity(width as usize * 3);
-    for (y, line) in samples.chunks_exact(width as usize * channels).enumerate() {
-        row.clear();
-        for pixel in line.chunks_exact(channels) {
-            match *pixel {
-                [r, g, b] | [r, g, b, _] => row.extend_from_slice(&[r, g, b]),
-                [grey] | [grey, _] => row.extend_from_slice(&[grey; 3]),
-                _ => {}
-            }
-        }
-        picture.set_row(0, y as u32, &row);
+    let decoded = reflet_assets::png::decode(bytes)?;
+    let mut picture = blank(decoded.width, decoded.height)?;
+    for (y, row) in decoded.pixels.chunks_exact(decoded.width as usize * 3).enumerate() {
+        picture.set_row(0, y as u32, row);
     }
     Ok(picture)
 }
