@@ -3,6 +3,7 @@
 //! squared error are split, at the mean, as Wu does in Graphics Gems II). All in integers.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// Colours, and which of them stands for another.
 pub(super) struct Palette {
@@ -112,12 +113,12 @@ impl Colours {
         self.last = Some(colour);
         let Some(exact) = &mut self.exact else { return };
         let next = self.list.len();
-        if !exact.contains_key(&colour) {
+        if let Entry::Vacant(place) = exact.entry(colour) {
             if next == 256 {
                 self.exact = None;
                 return;
             }
-            exact.insert(colour, next as u8);
+            place.insert(next as u8);
             self.list.push(colour);
         }
     }

@@ -4,12 +4,15 @@ use super::SIGNATURE;
 use crate::seal::CHECK;
 use std::ops::Range;
 
+/// Keys and values, and where the whole chunk of the check is.
+type Texts = (Vec<(String, String)>, Range<usize>);
+
 /// The texts of a PNG file, and where the whole chunk of [`CHECK`] is (empty if there is none).
 /// Every chunk must be whole and the file end with the last one.
 ///
 /// # Errors
 /// What is wrong, in words.
-pub(crate) fn read_texts(bytes: &[u8]) -> Result<(Vec<(String, String)>, Range<usize>), String> {
+pub(crate) fn read_texts(bytes: &[u8]) -> Result<Texts, String> {
     let mut texts = Vec::new();
     let (mut at, mut check) = (SIGNATURE.len(), 0..0);
     loop {
