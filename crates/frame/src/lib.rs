@@ -12,9 +12,9 @@
 //! | [`reuse`] | what differs between two frames, and so what is done again |
 //! | [`provenance`] | what a file was made from, as it says itself |
 //! | [`resume`] | which files stand, and which are made anew |
-//! | [`verify`] | a finished sequence, checked |
-//! | [`tiles`], [`merge`] | parts of one huge picture, and the whole |
-//! | [`join`] | frames on disk to a film |
+//! | [`mod@verify`] | a finished sequence, checked |
+//! | [`tiles`], [`mod@merge`] | parts of one huge picture, and the whole |
+//! | [`mod@join`] | frames on disk to a film |
 //! | `writer` | the way to the thread that writes, and back |
 //! | [`output`] | pictures to files, while the next frame is traced |
 //! | [`memory`] | what this machine has |
