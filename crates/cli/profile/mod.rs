@@ -72,7 +72,7 @@ pub fn run(profile: &Profile) -> Result<(), Failure> {
                 let measured = frame.measure(isa, threads, profile.repeat)?;
                 print(match profile.tell {
                     Tell::Programs => report::scene_line(&frame, &measured),
-                    Tell::People => report::scene_table(&frame, &measured),
+                    Tell::People | Tell::Scheduler => report::scene_table(&frame, &measured),
                 })
             })
         }
@@ -127,7 +127,7 @@ fn files(
         };
         print(match profile.tell {
             Tell::Programs => report::files_line(&line),
-            Tell::People => report::files_row(&line),
+            Tell::People | Tell::Scheduler => report::files_row(&line),
         })
     })
 }

@@ -8,7 +8,7 @@ use reflet_accel::{Isa, Structure};
 use reflet_film::{Layout, Picture, SampleKind, Transfer, TransferTable};
 use reflet_frame::engine::Work;
 use reflet_frame::{Batch, Engine, EngineOptions, Reuse};
-use reflet_pack::{Changes, Columns, Overrides, Packer, Volume};
+use reflet_pack::{Changes, Columns, Overrides, Packer, SceneHasher, Volume};
 use reflet_scene::{
     Attenuation, Camera, Checker, Image, Key, Material, Plane, PointLight, Quad, Scene, Settings,
     Sphere, Spotlight, Surface, Triangle,
@@ -241,6 +241,7 @@ fn engine(dice: &mut Dice, reuse: Reuse) -> Engine {
         structure: [Structure::Auto, Structure::List, Structure::Tree][dice.below(3)],
         reuse,
         cache_bytes: [0, 20_000, u64::MAX, u64::MAX][dice.below(4)],
+        ..EngineOptions::default()
     })
     .expect("an engine")
 }
@@ -327,6 +328,7 @@ fn play(seed: u64, frames: &[Vec<Edit>], tamper: Tamper) -> Result<(), String> {
     let mut warm = engine(&mut dice, Reuse::Keep);
     let longest = [1, 2, 16][dice.below(3)];
     let mut before = stage.packer.columns().clone();
+    let mut hasher = SceneHasher::default();
     let (mut pending, mut last) = (Pending::default(), None);
     for (frame, edits) in std::iter::once(&Vec::new()).chain(frames).enumerate() {
         stage.scene.rewind();
@@ -338,6 +340,8 @@ fn play(seed: u64, frames: &[Vec<Edit>], tamper: Tamper) -> Result<(), String> {
         let mut changes = stage.packer.update(&stage.scene);
         let columns = stage.packer.columns().clone();
         assert_eq!(changes, Changes::between(&before, &columns), "{which}");
+        let name = hasher.hash(&columns, &changes);
+        assert_eq!(name, SceneHasher::of(&columns), "{which}");
         tamper(&mut changes);
         if !joins || pending.colours.len() >= longest {
             last = std::mem::take(&mut pending).hold(&mut warm, &before, last)?;
