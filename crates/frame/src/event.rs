@@ -4,6 +4,7 @@ use crate::changed::Changed;
 use reflet_script::ScriptError;
 use reflet_trace::RayTally;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
 /// Something that happened.
 #[derive(Debug)]
@@ -41,6 +42,19 @@ pub enum Event<'a> {
     },
     /// A frame is on disk.
     Frame(&'a FrameReport),
+}
+
+/// Who is told of events, from whatever thread: one event at a time.
+pub(crate) struct Events<'e>(Mutex<&'e mut (dyn FnMut(Event<'_>) + Send)>);
+
+impl<'e> Events<'e> {
+    pub fn to(told: &'e mut (dyn FnMut(Event<'_>) + Send)) -> Self {
+        Events(Mutex::new(told))
+    }
+
+    pub fn tell(&self, event: Event<'_>) {
+        (self.0.lock().unwrap_or_else(PoisonError::into_inner))(event);
+    }
 }
 
 /// What a frame took.

@@ -2,7 +2,7 @@
 
 use crate::changed::Changed;
 use crate::engine::{Batch, Engine, EngineOptions, Work, nanoseconds};
-use crate::event::{Event, FrameReport, RenderError, Summary};
+use crate::event::{Event, Events, FrameReport, RenderError, Summary};
 use crate::job::{Draft, Job, Reuse};
 use crate::memory;
 use crate::output::{FilmInfo, Finished, Output};
@@ -29,10 +29,11 @@ pub fn render(
     stage: &mut Stage,
     job: &Job,
     cancel: &AtomicBool,
-    events: &mut dyn FnMut(Event<'_>),
+    events: &mut (dyn FnMut(Event<'_>) + Send),
 ) -> Result<Summary, RenderError> {
+    let events = &Events::to(events);
     for warning in stage.warnings() {
-        events(Event::Warning(&warning.to_string()));
+        events.tell(Event::Warning(&warning.to_string()));
     }
 
     let animation = stage.with_scene(|scene| scene.animation());
@@ -65,13 +66,13 @@ pub fn render(
 
     let begin = Instant::now();
     let (isa, threads) = (engine.isa(), engine.threads());
-    events(Event::Started { frames: frames.len(), size, isa, threads });
+    events.tell(Event::Started { frames: frames.len(), size, isa, threads });
     let pool = engine.pool();
     let first = frames.first().copied().unwrap_or(0);
     let at_first = |(path, error)| RenderError::Output { frame: first, path, error };
     if job.resume == Resume::Keep {
         for stray in resume::sweep(&job.target, &frames).map_err(at_first)? {
-            events(Event::Swept(&stray));
+            events.tell(Event::Swept(&stray));
         }
     }
     let mut output =
@@ -84,6 +85,10 @@ pub fn render(
         scope.spawn(move || {
             for mut frame in to_write {
                 let result = output.write(&mut frame).map(|()| frame);
+                // Told at once, even if the script is busy with a frame that comes later.
+                if let Ok(frame) = &result {
+                    events.tell(Event::Frame(&frame.report));
+                }
                 let failed = result.is_err();
                 if report.send(result).is_err() || failed {
                     return;
@@ -189,9 +194,8 @@ impl Run<'_, '_> {
             }
             let script_ns = lap();
             let joins = stage.with_scene(|scene| self.packer.only_recolours(scene));
-            if !pending.frames.is_empty() && (!joins || pending.holds(batch)) {
+            if !pending.frames.is_empty() && !joins {
                 self.shade(&mut pending)?;
-                batch = (2 * batch).min(self.pictures.longest_batch());
                 lap();
             }
             // pack, diff
@@ -217,8 +221,9 @@ impl Run<'_, '_> {
                 pending.changes = follows.then_some(changes);
             }
             follows = true;
-            if fate == Fate::Dropped {
+            if fate == Fate::Dropped || pending.holds(batch) {
                 self.shade(&mut pending)?;
+                batch = (2 * batch).min(self.pictures.longest_batch());
             }
         }
         match pending.frames.is_empty() {
@@ -246,9 +251,9 @@ impl Run<'_, '_> {
         let stands = standing == Standing::Stands;
         if stands {
             self.writer.summary.kept += 1;
-            (self.writer.events)(Event::Kept { frame, path: &path });
+            self.writer.events.tell(Event::Kept { frame, path: &path });
         } else {
-            (self.writer.events)(Event::Again { frame, path: &path, standing: &standing });
+            self.writer.events.tell(Event::Again { frame, path: &path, standing: &standing });
         }
         stands
     }

@@ -1,6 +1,6 @@
 //! The way to the thread that writes, and back.
 
-use crate::event::{Event, RenderError, Summary};
+use crate::event::{Events, RenderError, Summary};
 use crate::output::Finished;
 use crate::pictures::Pictures;
 use reflet_film::Picture;
@@ -18,7 +18,7 @@ pub(crate) struct Writer<'e> {
     /// What was done so far.
     pub summary: Summary,
     /// Who is told.
-    pub events: &'e mut dyn FnMut(Event<'_>),
+    pub events: &'e Events<'e>,
 }
 
 impl Writer<'_> {
@@ -69,7 +69,6 @@ impl Writer<'_> {
         let r = &frame.report;
         self.under_way -= 1;
         self.summary.count(r);
-        (self.events)(Event::Frame(r));
         frame.picture
     }
 }
