@@ -32,6 +32,7 @@ Examples:
 
 const PROFILE_EXAMPLES: &str = "\
 Examples:
+  reflet profile room.rhai                            one frame: its stages, its rays by kind
   reflet profile --spheres balls.npy --rays camera.npy
   reflet profile --mesh bunny.obj --rays shadow.npy --any --json
   reflet profile --verts v.npy --tris t.npy --rays r.npy --hits hits.npy --isa all --threads 1,2";
@@ -86,7 +87,7 @@ pub enum Command {
         before_help = "Examples:\n  reflet check room.rhai\n  reflet check room.rhai --set gloss=1"
     )]
     Check(ScriptArgs),
-    /// Measure how fast rays are cast at primitives
+    /// Measure how fast rays are, a scene's or from files
     #[command(before_help = PROFILE_EXAMPLES, after_help = CODES)]
     Profile(ProfileArgs),
     /// Write a commented starter scene
@@ -184,26 +185,38 @@ pub struct RenderArgs {
 /// What `profile` takes.
 #[derive(Debug, Args)]
 pub struct ProfileArgs {
+    /// A scene, of which one frame is measured
+    #[arg(conflicts_with_all = ["rays", "primitives"], required_unless_present = "rays")]
+    pub script: Option<PathBuf>,
+    /// Give a parameter of the script a value (may be repeated)
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment, conflicts_with = "rays")]
+    pub set: Vec<(String, String)>,
+    /// Stop a script that takes more operations than this
+    #[arg(long, value_name = "N", default_value = "1000000000")]
+    pub max_operations: NonZeroU64,
+    /// Which frame of the script
+    #[arg(long, value_name = "N", default_value = "0")]
+    pub frame: u32,
     /// Spheres: a .npy array of (n, 4) f32, centre and radius
-    #[arg(long, value_name = "S.npy", group = "primitives")]
+    #[arg(long, value_name = "S.npy", group = "primitives", requires = "rays")]
     pub spheres: Option<PathBuf>,
     /// Triangles: an OBJ file
-    #[arg(long, value_name = "M.obj", group = "primitives")]
+    #[arg(long, value_name = "M.obj", group = "primitives", requires = "rays")]
     pub mesh: Option<PathBuf>,
     /// Triangles: a .npy array of (n, 3) f32, the positions of their corners
-    #[arg(long, value_name = "V.npy", group = "primitives", requires = "tris")]
+    #[arg(long, value_name = "V.npy", group = "primitives", requires_all = ["tris", "rays"])]
     pub verts: Option<PathBuf>,
     /// Triangles: a .npy array of (n, 3) u32, three rows of --verts each
     #[arg(long, value_name = "T.npy", requires = "verts")]
     pub tris: Option<PathBuf>,
     /// Rays: a .npy array of (n, 8) f32: origin, tmin, unit direction, tmax
     #[arg(long, value_name = "R.npy", requires = "primitives")]
-    pub rays: PathBuf,
+    pub rays: Option<PathBuf>,
     /// Ask only whether each ray hits anything
-    #[arg(long)]
+    #[arg(long, requires = "rays")]
     pub any: bool,
     /// Write the answers: a .npy array of (n,) with the fields t (f32) and prim (u32)
-    #[arg(long, value_name = "OUT.npy")]
+    #[arg(long, value_name = "OUT.npy", requires = "rays")]
     pub hits: Option<PathBuf>,
     /// The kernels: scalar, sse2, sse4.2, avx2, avx512, neon, auto, or all that this machine has
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = isas)]

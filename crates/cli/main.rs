@@ -47,7 +47,7 @@ fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
         Meant::Merge(args) => merge::run(&args, console, &signals),
         Meant::Film(args) => film::run(&args, console, &signals),
         Meant::Farm(command) => farm::run(&command, console),
-        Meant::Profile(bench) => profile::bench(&bench),
+        Meant::Profile(meant) => profile::run(&meant),
         Meant::Check(script) => print(check::run(&script, console)?),
         Meant::Params(script, tell) => {
             let stage = script.load()?;

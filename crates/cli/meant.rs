@@ -9,9 +9,9 @@ use crate::film::FilmArgs;
 use crate::frames::FrameRanges;
 use crate::merge::MergeArgs;
 use crate::parts::{PartArgs, Shard};
-use crate::profile::Bench;
 use crate::profile::cast::Question;
 use crate::profile::inputs::Primitives;
+use crate::profile::{Profile, Subject};
 use crate::verify::VerifyArgs;
 use clap_complete::Shell;
 use reflet_accel::Isa;
@@ -36,7 +36,7 @@ pub enum Meant {
     /// Write a job for a scheduler.
     Farm(FarmCommand),
     /// Measure.
-    Profile(Bench),
+    Profile(Profile),
     /// Say what a scene holds.
     Check(Script),
     /// List parameters.
@@ -146,7 +146,7 @@ impl Meant {
             Command::Merge(args) => Self::Merge(args),
             Command::Film(args) => Self::Film(args),
             Command::Farm(command) => Self::Farm(command),
-            Command::Profile(args) => Self::Profile(profile(args)?),
+            Command::Profile(args) => Self::Profile(profile(args, console)?),
             Command::Check(args) => Self::Check(script(args, console)),
             Command::Params(ParamsArgs { script: args, json }) => {
                 Self::Params(script(args, console), tell(json))
@@ -176,21 +176,30 @@ fn tell(json: bool) -> Tell {
     if json { Tell::Programs } else { Tell::People }
 }
 
-fn profile(args: ProfileArgs) -> Result<Bench, Failure> {
-    let primitives = match (args.spheres, args.mesh, args.verts, args.tris) {
-        (Some(spheres), ..) => Primitives::Spheres(spheres),
-        (_, Some(mesh), ..) => Primitives::Mesh(mesh),
-        (.., Some(verts), Some(tris)) => Primitives::Indexed(verts, tris),
-        _ => return Err(Failure::usage("give --spheres, --mesh, or --verts and --tris")),
-    };
+fn profile(args: ProfileArgs, console: &Console) -> Result<Profile, Failure> {
     for isa in &args.isa.0 {
         isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
     }
-    Ok(Bench {
-        primitives,
-        rays: args.rays,
-        question: if args.any { Question::Any } else { Question::Closest },
-        hits: args.hits,
+    let subject = match (args.script, args.rays) {
+        (Some(path), _) => {
+            let (set, max_operations) = (args.set, args.max_operations);
+            let named = ScriptArgs { script: path, set, max_operations };
+            Subject::Scene(script(named, console), args.frame)
+        }
+        (None, Some(rays)) => {
+            let primitives = match (args.spheres, args.mesh, args.verts, args.tris) {
+                (Some(spheres), ..) => Primitives::Spheres(spheres),
+                (_, Some(mesh), ..) => Primitives::Mesh(mesh),
+                (.., Some(verts), Some(tris)) => Primitives::Indexed(verts, tris),
+                _ => return Err(Failure::usage("give --spheres, --mesh, or --verts and --tris")),
+            };
+            let question = if args.any { Question::Any } else { Question::Closest };
+            Subject::Files { primitives, rays, question, hits: args.hits }
+        }
+        (None, None) => return Err(Failure::usage("give a script, or primitives and --rays")),
+    };
+    Ok(Profile {
+        subject,
         isas: args.isa.0,
         threads: args.threads.into_iter().map(NonZeroUsize::get).collect(),
         repeat: args.repeat.get(),

@@ -107,3 +107,47 @@ fn a_listener_that_leaves_ends_the_render_quietly() {
     let ran: Ran = child.wait_with_output().unwrap().into();
     assert_eq!((ran.code, ran.err.as_str()), (Some(74), ""));
 }
+
+/// `--verbose` names what changed, and says what was redone for it.
+#[test]
+fn a_frame_is_told_with_what_changed_in_it() {
+    let room = Room::furnished();
+    let ran = room.good(&["render", "five.rhai", "-o", "f.png", "--frames", "1-2", "--verbose"]);
+    let told: Vec<&str> = ran.err.lines().filter(|line| line.starts_with("frame ")).collect();
+    assert!(told[0].starts_with("frame 1: traced anew (there is no frame before); "), "{told:?}");
+    assert!(
+        told[1].starts_with("frame 2: changed: material (line 5) colours; no ray cast; "),
+        "{told:?}"
+    );
+    assert_eq!(told.len(), 2);
+
+    // The same for programs.
+    let ran = room.good(&["render", "five.rhai", "-o", "f.png", "--frames", "1-2", "--json"]);
+    let frames: Vec<Value> = lines(&ran).into_iter().filter(|e| e["event"] == "frame").collect();
+    assert_eq!(frames[0]["fresh"], "there is no frame before");
+    assert_eq!(frames[1]["fresh"], Value::Null);
+    assert_eq!(frames[1]["changes"], 1);
+    assert_eq!(frames[1]["changed"][0]["name"], "material (line 5)");
+    assert_eq!(frames[1]["changed"][0]["how"], "colours");
+    assert_eq!(frames[1]["accel_rays"], 0);
+}
+
+/// What moves is retraced where it can be seen, and no more is said to have been.
+#[test]
+fn counts_tell_what_was_redone() {
+    let ball = "sphere(#{ center: [0.6, 0.6, 1.2], radius: 0.3, material: paint })";
+    let moves = "on_frame(|f| { small.center = [0.6 - 0.1 * f.index, 0.6, 1.2]; });";
+    let script =
+        format!("{STILL}let small = {ball};\nanimation(#{{ frames: 3, fps: 10 }});\n{moves}");
+    let room = Room::with(&[("moves.rhai", &script)]);
+    let ran = room.good(&["render", "moves.rhai", "-o", "f.png", "--json"]);
+    let frames: Vec<Value> = lines(&ran).into_iter().filter(|e| e["event"] == "frame").collect();
+    assert_eq!(frames[0]["retraced_pixels"], 144);
+    for frame in &frames[1..] {
+        let pixels = frame["retraced_pixels"].as_u64().unwrap();
+        assert!((1..40).contains(&pixels), "{frame}");
+        assert_eq!(frame["rays"]["camera"], pixels);
+        assert!(frame["tested_segments"].as_u64().unwrap() > 0);
+        assert_eq!(frame["changed"][0]["how"], "moved");
+    }
+}

@@ -4,6 +4,7 @@ mod checked;
 mod events;
 mod farmed;
 mod outputs;
+mod profiled;
 mod resumed;
 mod room;
 mod stopped;

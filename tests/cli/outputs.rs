@@ -252,3 +252,21 @@ fn a_reader_that_leaves_gets_no_message() {
         assert_eq!(ran.err, "");
     }
 }
+
+#[test]
+fn more_compression_is_smaller_and_the_same_picture() {
+    let room = Room::furnished();
+    let script = std::fs::read_to_string(room.path("still.rhai")).unwrap();
+    room.write("still.rhai", script.replace("width: 16, height: 9", "width: 160, height: 90"));
+    let mut sizes = Vec::new();
+    for level in ["fast", "balanced", "small"] {
+        let name = format!("{level}.png");
+        room.good(&["render", "still.rhai", "-o", &name, "--compression", level]);
+        assert_eq!(png(&room.path(&name)), png(&room.path("fast.png")));
+        sizes.push(std::fs::metadata(room.path(&name)).unwrap().len());
+    }
+    assert!(sizes[1] < sizes[0] && sizes[2] <= sizes[1], "{sizes:?}");
+    let ran = room.run(&["render", "still.rhai", "-o", "a.png", "--compression", "best"]);
+    assert_eq!(ran.code, Some(2));
+    assert!(ran.err.contains("one of fast, balanced and small"), "{}", ran.err);
+}

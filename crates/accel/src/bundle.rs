@@ -346,9 +346,17 @@ impl Bundle {
                 whole[1][k] = greater(simd, all[k], whole[1][k]);
             }
             if !shared {
-                for k in 0..3 {
-                    self.groups.lo[k][g] = least(simd, all[k]);
-                    self.groups.hi[k][g] = most(simd, all[k]);
+                // Of one eye, which is soon seen, there is one box.
+                if g == 0 || !is_one(&whole) {
+                    for (k, axis) in all[..3].iter().enumerate() {
+                        self.groups.lo[k][g] = least(simd, *axis);
+                        self.groups.hi[k][g] = most(simd, *axis);
+                    }
+                } else {
+                    for k in 0..3 {
+                        self.groups.lo[k][g] = self.groups.lo[k][0];
+                        self.groups.hi[k][g] = self.groups.hi[k][0];
+                    }
                 }
                 self.groups.end[g] = most(simd, F::from_slice(simd, &self.t[at]));
             }
@@ -358,9 +366,9 @@ impl Bundle {
             }
             self.groups.inv[g] = least(simd, inv);
         }
-        for k in 0..3 {
-            self.whole.lo[k].fill(least(simd, whole[0][k]));
-            self.whole.hi[k].fill(most(simd, whole[1][k]));
+        for (k, (lo, hi)) in whole[0].iter().zip(&whole[1]).take(3).enumerate() {
+            self.whole.lo[k].fill(least(simd, *lo));
+            self.whole.hi[k].fill(most(simd, *hi));
         }
         for k in 0..2 {
             self.whole.slope[k][0].fill(least(simd, whole[0][3 + k]) - SLACK);
@@ -403,9 +411,9 @@ impl Bundle {
             return false;
         }
         self.apex = Apex::Ends;
-        for k in 0..3 {
-            self.groups.lo[k].fill(apex[k]);
-            self.groups.hi[k].fill(apex[k]);
+        for (k, at) in apex.into_iter().enumerate() {
+            self.groups.lo[k].fill(at);
+            self.groups.hi[k].fill(at);
         }
         self.groups.margin.fill(4.0 * stray + UNDERFLOW);
         for g in 0..self.groups() {
@@ -492,6 +500,13 @@ impl Default for Bundle {
     fn default() -> Self {
         Bundle::new()
     }
+}
+
+/// Whether all origins so far are the same, lane by lane; that of the first group bounds them then.
+#[inline(always)]
+fn is_one<S: Simd>(whole: &[[F<S>; 6]; 2]) -> bool {
+    let same = |k: usize| whole[0][k].simd_eq(whole[1][k]);
+    (same(0) & same(1) & same(2)).all_true()
 }
 
 /// The least lane.

@@ -69,9 +69,9 @@ fn walk<S: Simd>(
         let node = &tree.nodes[index];
         let mut entry = zero;
         let mut exit = F::splat(simd, f32::INFINITY);
-        for k in 0..3 {
-            let first = (node.faces(simd, near[k]) - ray.o[k]) * ray.inv[k];
-            let last = (node.faces(simd, near[k] ^ Node::HI) - ray.o[k]) * ray.inv[k];
+        for (k, row) in near.into_iter().enumerate() {
+            let first = (node.faces(simd, row) - ray.o[k]) * ray.inv[k];
+            let last = (node.faces(simd, row ^ Node::HI) - ray.o[k]) * ray.inv[k];
             entry = greater(simd, first, entry);
             exit = lesser(simd, last, exit);
         }

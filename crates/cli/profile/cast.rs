@@ -3,18 +3,11 @@
 use crate::exit::{Exit, Failure};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
-use reflet_accel::{Accel, Hits, Isa, RayCounts, Rays, Scratch, Structure};
-use reflet_pack::Geometry;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use reflet_accel::{Accel, Hits, RayCounts, Rays, Scratch};
 use std::time::{Duration, Instant};
 
-/// What is asked of each ray.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Question {
-    /// Its closest hit.
-    Closest,
-    /// Whether it hits anything.
-    Any,
-}
+pub use reflet_accel::Question;
 
 /// What one stream gave.
 #[derive(Default)]
@@ -23,82 +16,67 @@ pub struct Answer {
     occluded: Vec<bool>,
 }
 
-/// What is measured at one level on some threads.
-pub struct Measured {
-    /// The level's name.
-    pub isa: &'static str,
-    /// How many threads.
-    pub threads: usize,
-    /// How many rays.
-    pub rays: usize,
-    /// How many of them hit.
-    pub hits: usize,
-    /// Of building what they are cast at, by the wall clock.
-    pub build: Duration,
-    /// That it holds.
-    pub bytes: usize,
-    /// The expected cost of a random ray by the surface-area heuristic.
-    pub sah_cost: f32,
+/// What rays gave, and how long they took.
+pub struct Cast {
     /// Of each repetition: the CPU time of all threads.
     pub cpu: Vec<Duration>,
     /// Of each repetition: the time on the wall.
     pub wall: Vec<Duration>,
-    /// What the streams gave.
-    pub answers: Vec<Answer>,
+    answers: Vec<Answer>,
 }
 
-/// Casts `streams` at `geometry`, once to warm up and then `repeat` times.
+/// Threads to cast rays on.
 ///
 /// # Errors
-/// The threads cannot be had, or the machine lacks the instructions.
-pub fn measure(
-    geometry: &Geometry,
+/// They cannot be had.
+pub fn pool(threads: usize) -> Result<ThreadPool, Failure> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|e| Failure::new(Exit::Failed, format!("cannot start threads: {e}")))
+}
+
+/// Casts `streams`, once to warm up and then `repeat` times.
+pub fn cast(
+    accel: &Accel,
+    pool: &ThreadPool,
     streams: &[Rays],
     question: Question,
-    (isa, threads, repeat): (Isa, usize, usize),
-) -> Result<Measured, Failure> {
-    let level = isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool =
-        pool.map_err(|e| Failure::new(Exit::Failed, format!("cannot start threads: {e}")))?;
-    let start = Instant::now();
-    let accel = pool.install(|| Accel::build(geometry, level, Structure::Auto));
-    let mut measured = Measured {
-        isa: isa.resolved().name(),
-        threads,
-        rays: streams.iter().map(Rays::len).sum(),
-        hits: 0,
-        build: start.elapsed(),
-        bytes: accel.bytes(),
-        sah_cost: accel.sah_cost(),
-        cpu: Vec::new(),
-        wall: Vec::new(),
-        answers: Vec::new(),
-    };
-    measured.answers.resize_with(streams.len(), Answer::default);
+    repeat: usize,
+) -> Cast {
+    let mut cast = Cast { cpu: Vec::new(), wall: Vec::new(), answers: Vec::new() };
+    cast.answers.resize_with(streams.len(), Answer::default);
+    // So few parts that their clocks do not count, and so many that no thread waits long.
+    let part = streams.len().div_ceil(8 * pool.current_num_threads()).max(1);
     for round in 0..=repeat {
         let start = Instant::now();
-        let one = |scratch: &mut Scratch, (rays, answer): (&Rays, &mut Answer)| {
+        let one = |scratch: &mut Scratch, (rays, answers): (&[Rays], &mut [Answer])| {
             let start = ThreadTime::now();
             let mut counts = RayCounts::default();
-            match question {
-                Question::Closest => {
-                    accel.closest(rays, &mut answer.hits, scratch, &mut counts);
+            for (rays, answer) in rays.iter().zip(answers) {
+                match question {
+                    Question::Closest => {
+                        accel.closest(rays, &mut answer.hits, scratch, &mut counts)
+                    }
+                    Question::Any => accel.any(rays, &mut answer.occluded, scratch, &mut counts),
                 }
-                Question::Any => accel.any(rays, &mut answer.occluded, scratch, &mut counts),
             }
             start.elapsed()
         };
-        let work = streams.par_iter().zip(&mut measured.answers).with_max_len(1);
+        let work = streams.par_chunks(part).zip(cast.answers.par_chunks_mut(part)).with_max_len(1);
         let cpu = pool.install(|| work.map_init(Scratch::default, one).sum());
         // The first round finds its memory.
         if round > 0 {
-            measured.cpu.push(cpu);
-            measured.wall.push(start.elapsed());
+            cast.cpu.push(cpu);
+            cast.wall.push(start.elapsed());
         }
     }
-    measured.hits = streams.iter().zip(&measured.answers).map(|(r, a)| a.count(r.len())).sum();
-    Ok(measured)
+    cast
+}
+
+/// The middle one of some times; none of none.
+pub fn median(times: &[Duration]) -> Duration {
+    let mut times = times.to_vec();
+    times.sort_unstable();
+    times.get(times.len() / 2).copied().unwrap_or_default()
 }
 
 impl Answer {
@@ -121,10 +99,15 @@ impl Answer {
     }
 }
 
-impl Measured {
+impl Cast {
+    /// How many rays hit.
+    pub fn hits(&self, streams: &[Rays]) -> usize {
+        streams.iter().zip(&self.answers).map(|(rays, answer)| answer.count(rays.len())).sum()
+    }
+
     /// Eight bytes a ray: t and the primitive.
     pub fn rows(&self, streams: &[Rays]) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(8 * self.rays);
+        let mut bytes = Vec::new();
         for (rays, answer) in streams.iter().zip(&self.answers) {
             for i in 0..rays.len() {
                 let (t, prim) = answer.row(i);
@@ -134,15 +117,9 @@ impl Measured {
         }
         bytes
     }
+}
 
-    /// Least, median and greatest Mrays/s of the repetitions by these times.
-    pub fn mrays_per_s(&self, times: &[Duration]) -> [f64; 3] {
-        let speed = |t: &Duration| self.rays as f64 / t.as_secs_f64().max(1e-9) * 1e-6;
-        let mut speeds: Vec<f64> = times.iter().map(speed).collect();
-        speeds.sort_by(f64::total_cmp);
-        match speeds[..] {
-            [] => [0.0; 3],
-            _ => [speeds[0], speeds[speeds.len() / 2], speeds[speeds.len() - 1]],
-        }
-    }
+/// Mrays/s.
+pub fn speed(rays: usize, time: Duration) -> f64 {
+    rays as f64 / time.as_secs_f64().max(1e-9) * 1e-6
 }

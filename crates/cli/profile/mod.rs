@@ -5,31 +5,45 @@
 //! | [`npy`] | NumPy's array files |
 //! | [`inputs`] | primitives and rays from files |
 //! | [`cast`] | rays cast at primitives |
+//! | [`scene`] | one frame of a scene |
+//! | [`report`] | what is told |
 
 pub mod cast;
 pub mod inputs;
 pub mod npy;
+mod report;
+pub mod scene;
 
 use crate::console::print;
 use crate::exit::Failure;
-use crate::meant::Tell;
-use cast::{Measured, Question};
+use crate::meant::{Script, Tell};
+use cast::Question;
 use inputs::Primitives;
-use reflet_accel::Isa;
-use serde::Serialize;
-use std::fmt::Write;
+use reflet_accel::{Accel, Isa, Rays, Structure};
 use std::path::PathBuf;
+use std::time::Instant;
 
-/// Rays from a file cast at primitives from files.
-pub struct Bench {
-    /// The primitives.
-    pub primitives: Primitives,
-    /// The rays.
-    pub rays: PathBuf,
-    /// What is asked of them.
-    pub question: Question,
-    /// Where the answers go.
-    pub hits: Option<PathBuf>,
+/// What is measured.
+pub enum Subject {
+    /// Rays from a file, cast at primitives from files.
+    Files {
+        /// The primitives.
+        primitives: Primitives,
+        /// The rays.
+        rays: PathBuf,
+        /// What is asked of them.
+        question: Question,
+        /// Where the answers go.
+        hits: Option<PathBuf>,
+    },
+    /// A frame of a scene.
+    Scene(Script, u32),
+}
+
+/// What is measured, and how.
+pub struct Profile {
+    /// What is measured.
+    pub subject: Subject,
     /// Which levels.
     pub isas: Vec<Isa>,
     /// How many threads, one measurement each.
@@ -40,86 +54,80 @@ pub struct Bench {
     pub tell: Tell,
 }
 
-/// The object that `--json` prints for each level and number of threads.
-#[derive(Serialize)]
-struct Line {
-    mrays_per_s_per_core: f64,
-    mrays_per_s_per_core_min: f64,
-    mrays_per_s_per_core_max: f64,
-    mrays_per_s: f64,
-    rays: usize,
-    hits: usize,
-    isa: &'static str,
-    threads: usize,
-    repeat: usize,
-    build_ms: f64,
-    primitives: usize,
-    bytes_per_primitive: f64,
-    sah_cost: f32,
-}
-
 /// Measures, and tells what was measured.
 ///
 /// # Errors
 /// Inputs that cannot be read, an output that cannot be written, levels that this machine lacks.
-pub fn bench(bench: &Bench) -> Result<(), Failure> {
-    let geometry = bench.primitives.read()?;
-    let one = bench.threads.iter().all(|n| *n == 1);
-    // Alone, a thread takes all rays as one stream; several share out parts.
-    let parts = if one { 1 } else { 8 * bench.threads.iter().max().copied().unwrap_or(1) };
-    let streams = inputs::rays(&bench.rays, parts)?;
-    let mut table = String::from(
-        "level    threads   Mrays/s a core (min, max)      Mrays/s    build ms         rays         hits\n",
-    );
-    for isa in &bench.isas {
-        for threads in &bench.threads {
-            let how = (*isa, *threads, bench.repeat);
-            let measured = cast::measure(&geometry, &streams, bench.question, how)?;
-            if let Some(path) = &bench.hits {
-                let descr = "[('t', '<f4'), ('prim', '<u4')]";
-                let shape = format!("({},)", measured.rays);
-                npy::write(path, descr, &shape, &measured.rows(&streams))?;
+pub fn run(profile: &Profile) -> Result<(), Failure> {
+    match &profile.subject {
+        Subject::Files { primitives, rays, question, hits } => {
+            files(profile, primitives, rays, *question, hits.as_ref())
+        }
+        Subject::Scene(script, frame) => {
+            let frame = scene::load(script, *frame)?;
+            if profile.tell == Tell::People {
+                print(report::stages(&frame))?;
             }
-            let line = line(&measured, geometry.len(), bench.repeat);
-            match bench.tell {
-                Tell::Programs => {
-                    let text = serde_json::to_string(&line).expect("numbers and names");
-                    print(text + "\n")?;
-                }
-                Tell::People | Tell::Scheduler => row(&mut table, &line),
-            }
+            profile.each(|isa, threads| {
+                let measured = frame.measure(isa, threads, profile.repeat)?;
+                print(match profile.tell {
+                    Tell::Programs => report::scene_line(&frame, &measured),
+                    Tell::People | Tell::Scheduler => report::scene_table(&frame, &measured),
+                })
+            })
         }
     }
-    if bench.tell != Tell::Programs {
-        print(table)?;
-    }
-    Ok(())
 }
 
-fn line(measured: &Measured, primitives: usize, repeat: usize) -> Line {
-    let [min, median, max] = measured.mrays_per_s(&measured.cpu);
-    Line {
-        mrays_per_s_per_core: median,
-        mrays_per_s_per_core_min: min,
-        mrays_per_s_per_core_max: max,
-        mrays_per_s: measured.mrays_per_s(&measured.wall)[1],
-        rays: measured.rays,
-        hits: measured.hits,
-        isa: measured.isa,
-        threads: measured.threads,
-        repeat,
-        build_ms: measured.build.as_secs_f64() * 1e3,
-        primitives,
-        bytes_per_primitive: measured.bytes as f64 / primitives.max(1) as f64,
-        sah_cost: measured.sah_cost,
+impl Profile {
+    fn each(&self, mut run: impl FnMut(Isa, usize) -> Result<(), Failure>) -> Result<(), Failure> {
+        self.isas
+            .iter()
+            .try_for_each(|isa| self.threads.iter().try_for_each(|threads| run(*isa, *threads)))
     }
 }
 
-fn row(table: &mut String, l: &Line) {
-    let spread = format!("({:.2}, {:.2})", l.mrays_per_s_per_core_min, l.mrays_per_s_per_core_max);
-    let _ = writeln!(
-        table,
-        "{:<8} {:>7} {:>9.2} {:<18} {:>12.2} {:>11.1} {:>12} {:>12}",
-        l.isa, l.threads, l.mrays_per_s_per_core, spread, l.mrays_per_s, l.build_ms, l.rays, l.hits
-    );
+fn files(
+    profile: &Profile,
+    primitives: &Primitives,
+    rays: &std::path::Path,
+    question: Question,
+    hits: Option<&PathBuf>,
+) -> Result<(), Failure> {
+    let geometry = primitives.read()?;
+    let most = profile.threads.iter().max().copied().unwrap_or(1);
+    // Alone, a thread takes all rays as one stream; several share out parts.
+    let streams = inputs::rays(rays, if most == 1 { 1 } else { 8 * most })?;
+    if profile.tell == Tell::People {
+        print(report::FILES_HEAD)?;
+    }
+    profile.each(|isa, threads| {
+        let level = isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
+        let pool = cast::pool(threads)?;
+        let start = Instant::now();
+        let accel = pool.install(|| Accel::build(&geometry, level, Structure::Auto));
+        let build = start.elapsed();
+        let done = cast::cast(&accel, &pool, &streams, question, profile.repeat);
+        let count: usize = streams.iter().map(Rays::len).sum();
+        if let Some(path) = hits {
+            let descr = "[('t', '<f4'), ('prim', '<u4')]";
+            npy::write(path, descr, &format!("({count},)"), &done.rows(&streams))?;
+        }
+        let line = report::Line {
+            rays: count,
+            hits: done.hits(&streams),
+            isa: isa.resolved().name(),
+            threads,
+            repeat: profile.repeat,
+            build_ms: build.as_secs_f64() * 1e3,
+            primitives: geometry.len(),
+            bytes_per_primitive: accel.bytes() as f64 / geometry.len().max(1) as f64,
+            sah_cost: accel.sah_cost(),
+            ..report::Line::of(count, &done)
+        };
+        print(match profile.tell {
+            Tell::Programs => report::files_line(&line),
+            Tell::People | Tell::Scheduler => report::files_row(&line),
+        })
+    })
 }

@@ -159,14 +159,12 @@ fn sample_u16(table: &Thresholds16, bits: u32) -> u16 {
 #[inline(always)]
 fn each<T>(pixels: &[[f32; 4]], samples: &mut [T], floor: f32, sample: impl Fn(u32) -> T) {
     const PIECE: usize = 64;
-    let mut bits = [[0_u32; 4]; PIECE];
+    let mut bits = [0_u32; 4 * PIECE];
     for (samples, pixels) in samples.chunks_mut(3 * PIECE).zip(pixels.chunks(PIECE)) {
-        for (bits, pixel) in bits.iter_mut().zip(pixels) {
-            for (bits, &x) in bits.iter_mut().zip(pixel) {
-                *bits = clamped_bits(x, floor);
-            }
+        for (bits, &x) in bits.iter_mut().zip(pixels.as_flattened()) {
+            *bits = clamped_bits(x, floor);
         }
-        for (samples, bits) in samples.chunks_exact_mut(3).zip(&bits) {
+        for (samples, bits) in samples.chunks_exact_mut(3).zip(bits.chunks_exact(4)) {
             samples[0] = sample(bits[0]);
             samples[1] = sample(bits[1]);
             samples[2] = sample(bits[2]);

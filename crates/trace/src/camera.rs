@@ -15,21 +15,31 @@ pub fn position(i: u32) -> [f64; 2] {
 
 /// The camera rays of one sample of a tile, row by row.
 pub fn rays(view: &View, rect: TileRect, sample: u32, rays: &mut Rays) {
+    some_rays(view, rect, sample, 0..rect.pixels() as u16, rays);
+}
+
+/// The camera rays of one sample of some of a tile's pixels, which are numbered row by row.
+pub(crate) fn some_rays(
+    view: &View,
+    rect: TileRect,
+    sample: u32,
+    pixels: impl ExactSizeIterator<Item = u16>,
+    rays: &mut Rays,
+) {
     let [a, b] = position(sample);
-    rays.resize(rect.pixels());
-    let mut i = 0;
-    for y in rect.y..rect.y + rect.height {
-        for x in rect.x..rect.x + rect.width {
-            let d = view.direction(f64::from(x) + a, f64::from(y) + b);
-            for (column, d) in rays.dir.iter_mut().zip(d) {
-                column[i] = d;
-            }
-            i += 1;
+    let len = pixels.len();
+    rays.resize(len);
+    for (i, pixel) in pixels.enumerate() {
+        let pixel = u32::from(pixel);
+        let (x, y) = (rect.x + pixel % rect.width, rect.y + pixel / rect.width);
+        let d = view.direction(f64::from(x) + a, f64::from(y) + b);
+        for (column, d) in rays.dir.iter_mut().zip(d) {
+            column[i] = d;
         }
     }
     for (column, eye) in rays.origin.iter_mut().zip(view.eye) {
-        column[..i].fill(eye);
+        column[..len].fill(eye);
     }
-    rays.t_max[..i].fill(f32::INFINITY);
-    rays.last[..i].fill(HitCode::NONE);
+    rays.t_max[..len].fill(f32::INFINITY);
+    rays.last[..len].fill(HitCode::NONE);
 }

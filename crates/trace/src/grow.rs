@@ -2,11 +2,12 @@
 //! the frame before.
 
 use crate::camera;
+use crate::capsule::Capsules;
 use crate::grid::TileRect;
 use crate::lighting;
 use crate::mirror;
 use crate::palette::{PaletteIndex, Slot};
-use crate::stream::{RayTally, Stream};
+use crate::stream::{RayTally, Recorded, Stream};
 use crate::trees::{Level, Points, Trees};
 use fearless_simd::dispatch;
 use reflet_accel::{Accel, HitCode, RayCounts, Rays, Scratch};
@@ -26,6 +27,8 @@ pub struct TraceScratch {
     pub tested: u64,
     /// Nodes that kept trees grew by, below their leaves.
     pub deepened: u64,
+    /// Where the rays themselves are kept, if they are wanted.
+    pub record: Option<Recorded>,
     pub(crate) known: Stream,
     pub(crate) fresh: Stream,
     next: Rays,
@@ -89,10 +92,12 @@ impl Tracer<'_> {
         s.fresh.parents.clear();
         s.fresh.parents.extend(0..rect.pixels() as u16);
         self.descend(trees, &Revision::default(), s);
+        self.find_capsules(trees);
     }
 
     /// Makes the trees of some of a tile's pixels from scratch. At level 0 they have one row a
-    /// pixel of `pixels`, whose parent is the pixel. They keep their points.
+    /// pixel of `pixels`, whose parent is the pixel. They keep their points, and number their
+    /// surfaces on from the palette that they have.
     pub(crate) fn grow_some(
         &self,
         (rect, sample): (TileRect, u32),
@@ -100,18 +105,14 @@ impl Tracer<'_> {
         trees: &mut Trees,
         s: &mut TraceScratch,
     ) {
-        trees.clear();
+        trees.levels.iter_mut().for_each(Level::clear);
         trees.points = Points::Kept;
         s.palette.start(&trees.palette, self.columns.surfaces.len());
         s.known.clear();
-        camera::rays(&self.columns.view, rect, sample, &mut s.next);
-        s.fresh.rays.clear();
-        for pixel in pixels {
-            s.fresh.rays.push_from(&s.next, usize::from(*pixel));
-        }
-        s.fresh.rays.pad();
+        let pixels = pixels.iter().copied();
+        camera::some_rays(&self.columns.view, rect, sample, pixels.clone(), &mut s.fresh.rays);
         s.fresh.parents.clear();
-        s.fresh.parents.extend_from_slice(pixels);
+        s.fresh.parents.extend(pixels);
         self.descend(trees, &Revision::default(), s);
     }
 
@@ -130,6 +131,7 @@ impl Tracer<'_> {
         camera::rays(&self.columns.view, rect, sample, &mut s.known.rays);
         s.fresh.clear();
         self.descend(trees, revision, s);
+        self.find_capsules(trees);
         s.deepened += (trees.nodes() - before) as u64;
     }
 
@@ -159,7 +161,7 @@ impl Tracer<'_> {
             }
             let kept = trees.levels[depth].len();
             self.replay(&trees.levels[depth], s);
-            self.intersect(s);
+            self.intersect(depth, s);
             let points = trees.points;
             let level = &mut trees.levels[depth];
             if points == Points::Kept {
@@ -177,6 +179,12 @@ impl Tracer<'_> {
         }
     }
 
+    fn find_capsules(&self, trees: &mut Trees) {
+        if trees.points == Points::Kept {
+            Capsules::find(trees, self.columns.view.eye);
+        }
+    }
+
     /// Finds the points of the level's own nodes again, without a traversal.
     fn replay(&self, level: &Level, s: &mut TraceScratch) {
         s.replayed += s.known.rays.len() as u64;
@@ -185,8 +193,12 @@ impl Tracer<'_> {
     }
 
     /// Finds what the new rays hit.
-    fn intersect(&self, s: &mut TraceScratch) {
+    fn intersect(&self, depth: usize, s: &mut TraceScratch) {
         let fresh = &mut s.fresh;
+        if let Some(record) = s.record.as_mut().filter(|_| !fresh.rays.is_empty()) {
+            let kind = if depth == 0 { &mut record.camera } else { &mut record.mirror };
+            kind.push(fresh.rays.clone());
+        }
         self.accel.closest(&fresh.rays, &mut fresh.hits, &mut s.accel, &mut s.counts);
         let g = &self.columns.geometry;
         dispatch!(self.accel.level(), simd => s.fresh.find(simd, g));
@@ -262,6 +274,9 @@ impl Tracer<'_> {
         let (shadow, rows) = (&mut s.shadow, &mut s.shadow_rows);
         dispatch!(self.accel.level(), simd => lighting::aim(simd, &place, points, codes, out, shadow, rows));
         s.rays.shadow += s.shadow.len() as u64;
+        if let Some(record) = s.record.as_mut().filter(|_| !s.shadow.is_empty()) {
+            record.shadow.push(s.shadow.clone());
+        }
         self.accel.any(&s.shadow, &mut s.occluded, &mut s.accel, &mut s.counts);
         for (row, hidden) in s.shadow_rows.iter().zip(&s.occluded) {
             if *hidden {

@@ -17,11 +17,13 @@
 //! | `stream` | the rays of a level on their way to becoming nodes |
 //! | [`grow`] | these in turn: the first pass |
 //! | [`touch`] | the trees that a moved surface can have changed, made anew |
+//! | [`capsule`] | chunks of segments, to be passed over together |
 //! | `segment` | whether a segment of a tree meets a volume |
 //! | [`colours`] | what only shading reads, for each frame of a batch |
 //! | [`shade`] | the second pass |
 
 pub mod camera;
+pub mod capsule;
 pub mod colours;
 pub mod grid;
 pub mod grow;
@@ -39,6 +41,6 @@ pub use colours::BatchColours;
 pub use grid::{Grid, TileRect};
 pub use grow::{PatternCells, Revision, TraceScratch, Tracer};
 pub use shade::{Colour, ShadeScratch, Shader};
-pub use stream::RayTally;
+pub use stream::{RayTally, Recorded};
 pub use touch::Moved;
 pub use trees::{Points, Trees};

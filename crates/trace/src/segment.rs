@@ -5,6 +5,7 @@ use fearless_simd::prelude::*;
 use reflet_accel::HitCode;
 use reflet_accel::lanes::{F, LANES, M, V3, abs, dot, load3, splat3, sub};
 use reflet_pack::{Aabb, Volume};
+use std::ops::Range;
 
 /// Slack, relative to the coordinates and lengths at hand: 128 units in the last place (2^-24). A
 /// kept point lies within about 8 of its ray; the ray leaves within 16 of the point before it; the
@@ -13,11 +14,13 @@ const SLACK: f32 = 1.0 / 131_072.0;
 
 /// Eight segments from `a` along `e` as far as `end` times its length; `size` bounds the coordinates
 /// of both ends.
-struct Segments<S: Simd> {
+pub(crate) struct Segments<S: Simd> {
     a: V3<S>,
     e: V3<S>,
     end: F<S>,
     size: F<S>,
+    /// How thick they are: capsules, if it is not 0.
+    radius: F<S>,
 }
 
 impl<S: Simd> Segments<S> {
@@ -31,7 +34,14 @@ impl<S: Simd> Segments<S> {
             e[k] = away.select(b[k], e[k]);
         }
         let far = away.select(zero, norm(b));
-        Segments { a, e, end: away.select(inf, one), size: norm(a) + far }
+        Segments { a, e, end: away.select(inf, one), size: norm(a) + far, radius: zero }
+    }
+
+    /// Capsules from `a` to `b`.
+    #[inline(always)]
+    pub(crate) fn thick(simd: S, a: V3<S>, b: V3<S>, radius: F<S>) -> Self {
+        let none = F::splat(simd, 0.0).simd_gt(0.0);
+        Segments { radius, ..Segments::new(simd, a, b, none) }
     }
 
     #[inline(always)]
@@ -45,7 +55,7 @@ impl<S: Simd> Segments<S> {
 
     /// By the distance of the centre from the segment.
     #[inline(always)]
-    fn meet_ball(&self, simd: S, center: [f32; 3], radius: f32) -> M<S> {
+    pub(crate) fn meet_ball(&self, simd: S, center: [f32; 3], radius: f32) -> M<S> {
         let zero = F::splat(simd, 0.0);
         let c = splat3(simd, center);
         let r = F::splat(simd, radius);
@@ -54,7 +64,8 @@ impl<S: Simd> Segments<S> {
         let along = along.simd_gt(zero).select(along, zero); // 0, too, for a segment of no length
         let along = along.simd_lt(self.end).select(along, self.end);
         let way = [f[0] - along * self.e[0], f[1] - along * self.e[1], f[2] - along * self.e[2]];
-        let reach = r + (self.size + norm(c) + r) * F::splat(simd, SLACK);
+        let size = self.size + norm(c) + r + self.radius;
+        let reach = r + self.radius + size * F::splat(simd, SLACK);
         // What is not a number meets.
         !dot(way, way).simd_gt(reach * reach)
     }
@@ -85,40 +96,41 @@ fn norm<S: Simd>(v: V3<S>) -> F<S> {
     abs(v[0]) + abs(v[1]) + abs(v[2])
 }
 
-/// Marks the nodes of a level whose ray, from the eye or the node above, meets any of `volumes`.
+/// Marks those nodes of a level, among `rows`, whose ray, from the eye or the node above, meets any of
+/// `volumes`.
 #[inline(always)]
 pub(crate) fn paths<S: Simd>(
     simd: S,
     (eye, above): ([f32; 3], Option<&Level>),
-    level: &Level,
+    (level, rows): (&Level, Range<usize>),
     volumes: &[Volume],
     touched: &mut [bool],
 ) {
-    for first in (0..level.len()).step_by(LANES) {
-        let some = first..(first + LANES).min(level.len());
+    for first in rows.clone().step_by(LANES) {
+        let some = first..(first + LANES).min(rows.end);
         let a = match above {
             Some(above) => gather(simd, above, &level.parent[some.clone()]),
             None => splat3(simd, eye),
         };
-        let b = rows(simd, level, first);
+        let b = ends(simd, level, first);
         let away = missed(simd, &level.code[some.clone()]);
         let segments = Segments::new(simd, a, b, away);
         mark(meeting(simd, &segments, volumes), &mut touched[some]);
     }
 }
 
-/// Marks the nodes of a level whose shadow ray to a light at `at` was free and meets any of the new
+/// Marks those nodes of a level, among `rows`, whose shadow ray to a light at `at` was free and meets any of the new
 /// volumes, or was blocked and meets any of the old ones.
 #[inline(always)]
 pub(crate) fn shadows<S: Simd>(
     simd: S,
-    level: &Level,
+    (level, rows): (&Level, Range<usize>),
     (at, terms): ([f32; 3], &[f32]),
     (old, new): (&[Volume], &[Volume]),
     touched: &mut [bool],
 ) {
-    for first in (0..level.len()).step_by(LANES) {
-        let some = first..(first + LANES).min(level.len());
+    for first in rows.clone().step_by(LANES) {
+        let some = first..(first + LANES).min(rows.end);
         let term = lanes(simd, &terms[some.clone()]);
         let is_zero = term.simd_eq(0.0);
         let is_negative = term.to_bits().simd_eq((-0.0f32).to_bits());
@@ -128,7 +140,7 @@ pub(crate) fn shadows<S: Simd>(
         if free | blocked == 0 {
             continue;
         }
-        let (a, b) = (rows(simd, level, first), splat3(simd, at));
+        let (a, b) = (ends(simd, level, first), splat3(simd, at));
         let away = F::splat(simd, 0.0).simd_gt(0.0);
         let segments = Segments::new(simd, a, b, away);
         let mut lanes = 0;
@@ -171,9 +183,9 @@ fn missed<S: Simd>(simd: S, codes: &[HitCode]) -> M<S> {
     F::from_slice(simd, &lanes).simd_gt(0.0)
 }
 
-/// Where the rays of eight rows from `first` on ended; the last one's in lanes beyond the level.
+/// Where the rays of eight rows from `first` on ended; zeros beyond the level.
 #[inline(always)]
-fn rows<S: Simd>(simd: S, level: &Level, first: usize) -> V3<S> {
+fn ends<S: Simd>(simd: S, level: &Level, first: usize) -> V3<S> {
     let end = first + LANES;
     if end <= level.len() {
         let at = &level.at;

@@ -249,7 +249,6 @@ fn local<S: Simd>(simd: S, levels: &[Level], attenuation: Attenuation, scratch: 
     let zero = f32x4::splat(simd, 0.0);
     for (level, start) in levels.iter().zip(&scratch.starts) {
         let out = &mut scratch.local[*start..start + level.len()];
-        let light: Vec<&[f32]> = level.light.iter().map(|terms| &terms[..out.len()]).collect();
         for (row, (out, slot)) in out.iter_mut().zip(&level.slot).enumerate() {
             let slot = usize::from(*slot);
             if !table.stale[slot] {
@@ -258,7 +257,7 @@ fn local<S: Simd>(simd: S, levels: &[Level], attenuation: Attenuation, scratch: 
             scratch.local_nodes += 1;
             let mut c = f32x4::from_slice(simd, &table.ambient[slot]);
             let lit = &table.lit[slot * table.lights..][..table.lights];
-            for (lit, terms) in lit.iter().zip(&light) {
+            for (lit, terms) in lit.iter().zip(&level.light) {
                 let (lit, term) = (f32x4::from_slice(simd, lit), f32x4::splat(simd, terms[row]));
                 c += if finite { lit * term } else { times(simd, lit, term) };
             }
@@ -281,10 +280,12 @@ fn mirrored<S: Simd>(simd: S, levels: &[Level], max_path: f32, scratch: &mut Sha
         let parents = &mut parents[scratch.starts[depth - 1]..];
         let above = &levels[depth - 1];
         scratch.mirrored_nodes += levels[depth].len() as u64;
+        let slots = &above.slot[..parents.len()];
+        let totals = &above.total[..parents.len()];
         for (child, parent) in children.iter().zip(&levels[depth].parent) {
             let parent = usize::from(*parent);
-            if above.total[parent] <= max_path {
-                let reflectivity = &specular[usize::from(above.slot[parent])];
+            if totals[parent] <= max_path {
+                let reflectivity = &specular[usize::from(slots[parent])];
                 let below = f32x4::from_slice(simd, child);
                 let own = f32x4::from_slice(simd, &parents[parent]);
                 let colour = own + times(simd, f32x4::from_slice(simd, reflectivity), below);

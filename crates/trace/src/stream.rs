@@ -32,6 +32,17 @@ impl std::ops::AddAssign for RayTally {
     }
 }
 
+/// The streams of rays that were cast, by kind, each as it entered `accel`.
+#[derive(Clone, Debug, Default)]
+pub struct Recorded {
+    /// From the eye, a stream a tile and sample.
+    pub camera: Vec<Rays>,
+    /// From mirrors, a stream a tile, sample and level.
+    pub mirror: Vec<Rays>,
+    /// To lights, a stream a tile, sample, level and light.
+    pub shadow: Vec<Rays>,
+}
+
 /// Rays, what they hit, and where.
 #[derive(Default)]
 pub(crate) struct Stream {

@@ -7,6 +7,7 @@
 //! with more slack than these were rounded by (see `segment`).
 
 use crate::camera;
+use crate::capsule::{self, Capsules, To};
 use crate::grid::TileRect;
 use crate::grow::{TraceScratch, Tracer, place};
 use crate::mirror;
@@ -39,6 +40,7 @@ pub struct TouchScratch {
     touched: Vec<Vec<bool>>,
     /// Of each slot of a tile, whether its surface moved; 0 is a miss.
     moved_slots: Vec<bool>,
+    near: Vec<bool>,
     pixels: Vec<u16>,
     rows: [Vec<u16>; 2],
     grown: Trees,
@@ -69,8 +71,10 @@ impl Tracer<'_> {
             return 0;
         }
         prune(trees, &t.touched, &mut t.rows);
+        t.grown.palette.clone_from(&trees.palette);
         self.grow_some((rect, sample), &t.pixels, &mut t.grown, s);
-        graft(trees, &t.grown, &t.pixels);
+        graft(trees, &mut t.grown, &t.pixels);
+        Capsules::find(trees, self.columns.view.eye);
         t.pixels.len()
     }
 
@@ -97,6 +101,7 @@ impl Tracer<'_> {
             std::mem::swap(&mut s.known.rays, &mut t.next);
         }
         trees.points = Points::Kept;
+        Capsules::find(trees, self.columns.view.eye);
     }
 
     /// Marks the nodes of touched trees, level by level.
@@ -110,23 +115,41 @@ impl Tracer<'_> {
         t.moved_slots.clear();
         t.moved_slots.push(false);
         t.moved_slots.extend(trees.palette.iter().map(|slot| moved.contains(slot.surface)));
+        let moved_here = t.moved_slots.contains(&true);
         t.touched.resize_with(trees.levels.len().max(1), Vec::new);
         for (depth, level) in trees.levels.iter().enumerate() {
             let touched = &mut t.touched[depth];
             touched.clear();
-            touched.extend(level.slot.iter().map(|slot| t.moved_slots[usize::from(*slot)]));
+            touched.resize(level.len(), false);
+            if moved_here {
+                for (touched, slot) in touched.iter_mut().zip(&level.slot) {
+                    *touched = t.moved_slots[usize::from(*slot)];
+                }
+            }
             let above = depth.checked_sub(1).map(|above| &trees.levels[above]);
             let from = (self.columns.view.eye, above);
-            dispatch!(self.accel.level(), simd => segment::paths(simd, from, level, &moved.new, touched));
-            s.tested += level.len() as u64;
+            dispatch!(self.accel.level(), simd => {
+                level.capsules.near(simd, To::Ends, [&moved.new, &[]], &mut t.near);
+                for rows in capsule::flagged(&t.near, level.len()) {
+                    s.tested += rows.len() as u64;
+                    segment::paths(simd, from, (level, rows), &moved.new, touched);
+                }
+            });
             for (i, terms) in level.light.iter().enumerate() {
                 let id = LightId(i as u32);
-                if i < self.columns.lights.len() && relit.binary_search(&id).is_err() {
-                    let at = self.columns.light_place(id).at;
-                    let volumes = (&moved.old[..], &moved.new[..]);
-                    dispatch!(self.accel.level(), simd => segment::shadows(simd, level, (at, terms), volumes, touched));
-                    s.tested += level.len() as u64;
+                if i >= self.columns.lights.len() || relit.binary_search(&id).is_ok() {
+                    continue;
                 }
+                let at = self.columns.light_place(id).at;
+                let volumes = (&moved.old[..], &moved.new[..]);
+                dispatch!(self.accel.level(), simd => {
+                    let both = [volumes.0, volumes.1];
+                    level.capsules.near(simd, To::Light(at), both, &mut t.near);
+                    for rows in capsule::flagged(&t.near, level.len()) {
+                        s.tested += rows.len() as u64;
+                        segment::shadows(simd, (level, rows), (at, terms), volumes, touched);
+                    }
+                });
             }
         }
         if !t.touched.iter().take(trees.levels.len()).flatten().any(|touched| *touched) {
@@ -168,33 +191,24 @@ fn prune(trees: &mut Trees, touched: &[Vec<bool>], [above, rows]: &mut [Vec<u16>
     }
 }
 
-/// Puts the trees of some pixels in their places.
-fn graft(trees: &mut Trees, grown: &Trees, pixels: &[u16]) {
-    let slots: Vec<u16> = grown
-        .palette
-        .iter()
-        .map(|slot| {
-            let known = trees.palette.iter().position(|s| s == slot);
-            let index = known.unwrap_or_else(|| {
-                trees.palette.push(*slot);
-                trees.palette.len() - 1
-            });
-            index as u16 + 1
-        })
-        .collect();
-    let slot = |s: u16| if s == 0 { 0 } else { slots[usize::from(s) - 1] };
+/// Puts the trees of some pixels, numbered by the same palette, in their places.
+fn graft(trees: &mut Trees, grown: &mut Trees, pixels: &[u16]) {
+    std::mem::swap(&mut trees.palette, &mut grown.palette);
     for (row, pixel) in pixels.iter().enumerate() {
-        trees.levels[0].replace(usize::from(*pixel), &grown.levels[0], row, slot);
+        trees.levels[0].replace(usize::from(*pixel), &grown.levels[0], row);
     }
-    let mut parents: Vec<u16> = pixels.to_vec();
+    let mut first_above = 0;
     for (depth, new) in grown.levels.iter().enumerate().skip(1) {
         if trees.levels.len() == depth {
             trees.levels.push(Level::default());
         }
         let level = &mut trees.levels[depth];
         let first = level.len() as u16;
-        level.append(new, slot, |parent| parents[usize::from(parent)]);
-        parents = (first..level.len() as u16).collect();
+        level.append(new, |parent| match depth {
+            1 => pixels[usize::from(parent)],
+            _ => first_above + parent,
+        });
+        first_above = first;
     }
     while trees.levels.last().is_some_and(Level::is_empty) {
         trees.levels.pop();

@@ -1,5 +1,6 @@
 //! Nodes as columns, level by level.
 
+use crate::capsule::Capsules;
 use crate::palette::Slot;
 use reflet_accel::HitCode;
 use reflet_pack::SurfaceId;
@@ -22,6 +23,8 @@ pub struct Level {
     /// Where the ray ended, as three columns: the hit point, or a miss's unit direction. Empty
     /// unless the trees keep their points.
     pub at: [Vec<f32>; 3],
+    /// Chunks of the rays as capsules; none unless the trees keep their points.
+    pub capsules: Capsules,
 }
 
 /// Whether trees keep where their rays ended: 12 bytes a node, of use only where surfaces move.
@@ -65,15 +68,9 @@ impl Level {
     }
 
     /// Replaces a row, but for its parent, by a row of another level with the same columns.
-    pub(crate) fn replace(
-        &mut self,
-        row: usize,
-        by: &Level,
-        from: usize,
-        slot: impl Fn(u16) -> u16,
-    ) {
+    pub(crate) fn replace(&mut self, row: usize, by: &Level, from: usize) {
         self.code[row] = by.code[from];
-        self.slot[row] = slot(by.slot[from]);
+        self.slot[row] = by.slot[from];
         self.total[row] = by.total[from];
         let columns = self.light.iter_mut().chain(&mut self.at);
         for (column, new) in columns.zip(by.light.iter().chain(&by.at)) {
@@ -82,14 +79,9 @@ impl Level {
     }
 
     /// Appends all rows of another level with the same columns.
-    pub(crate) fn append(
-        &mut self,
-        other: &Level,
-        slot: impl Fn(u16) -> u16,
-        parent: impl Fn(u16) -> u16,
-    ) {
+    pub(crate) fn append(&mut self, other: &Level, parent: impl Fn(u16) -> u16) {
         self.code.extend_from_slice(&other.code);
-        self.slot.extend(other.slot.iter().map(|s| slot(*s)));
+        self.slot.extend_from_slice(&other.slot);
         self.total.extend_from_slice(&other.total);
         self.parent.extend(other.parent.iter().map(|p| parent(*p)));
         self.light.resize_with(other.light.len(), Vec::new);
@@ -104,7 +96,7 @@ impl Level {
         const ALLOCATION: usize = 16;
         let columns = 4 + self.light.len() + self.at.iter().filter(|c| !c.is_empty()).count();
         let own = size_of::<Level>() + self.light.len() * size_of::<Vec<f32>>();
-        own + columns * ALLOCATION + self.cells()
+        own + columns * ALLOCATION + self.cells() + self.capsules.bytes()
     }
 
     fn cells(&self) -> usize {
