@@ -13,6 +13,7 @@
 //! | [`lights`] | where light comes from |
 //! | [`view`] | eye, picture, settings |
 //! | [`columns`] | all of them |
+//! | `rows` | rows of surfaces and primitives, and how a shape fills them |
 //! | [`packer`] | the world into columns, whole or only the rows that a frame touched |
 //! | [`changes`] | what differs between two frames, by bits |
 //! | [`hash`] | a name for all that decides a picture |
@@ -26,6 +27,7 @@ pub mod ids;
 pub mod lights;
 pub mod materials;
 pub mod packer;
+mod rows;
 pub mod surfaces;
 pub mod view;
 
