@@ -468,3 +468,25 @@ fn each_comparison_is_needed() {
         assert!(caught, "no frame differs without the comparison of {what}");
     }
 }
+
+/// Kept trees stay within their memory, also when they grow by points or levels.
+#[test]
+fn trees_stay_within_their_memory() {
+    for seed in 0..8 {
+        let mut dice = Dice(seed);
+        let mut stage = stage(&mut dice);
+        let measured = Engine::new(EngineOptions::default());
+        let (_, all) = still(&mut measured.expect("an engine"), stage.packer.columns(), None);
+        let cache_bytes = all.kept_bytes + all.kept_bytes / 16;
+        let options = EngineOptions { cache_bytes, tile: 8, ..EngineOptions::default() };
+        let mut engine = Engine::new(options).expect("an engine");
+        still(&mut engine, stage.packer.columns(), None);
+        for kind in [5, 0, 11, 5, 6, 3] {
+            stage.scene.rewind();
+            edit(kind, &mut stage, &mut dice);
+            let changes = stage.packer.update(&stage.scene);
+            let (_, work) = still(&mut engine, stage.packer.columns(), Some(&changes));
+            assert!(work.kept_bytes <= cache_bytes, "{} of {cache_bytes}", work.kept_bytes);
+        }
+    }
+}
