@@ -114,6 +114,9 @@ fn the_tutorial_runs_as_it_is_printed() {
     assert!(read("out", some[0]) != read("out", some[1]), "the animation does not move");
     assert!(read("", "mirrors.png") != read("", "dull.png"), "--set changes nothing");
     assert_eq!(&read("", "breathe.gif")[..6], b"GIF89a");
+    assert_eq!(&read("", "breathe.webp")[8..12], b"WEBP");
+    assert_eq!(png_size(&room.join("joined.png")), (480, 270));
+    assert!(read("", "joined.png") == read("", "mirrors.png"), "tiles make another picture");
 }
 
 #[test]

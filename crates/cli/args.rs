@@ -1,6 +1,11 @@
 //! What can be typed: the command line, word by word. What it means together is [`crate::meant`]'s.
 
+use crate::farm::FarmCommand;
+use crate::film::FilmArgs;
 use crate::frames::FrameRanges;
+use crate::merge::MergeArgs;
+use crate::parts::PartArgs;
+use crate::verify::VerifyArgs;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use reflet_accel::Isa;
@@ -34,10 +39,11 @@ Examples:
 
 const CODES: &str = "\
 Exit codes:
-  0  done                              66  an input is missing or bad
-  1  some frames failed otherwise      74  an output could not be written
+  0  done                              74  an output could not be written
+  1  some frames failed otherwise      75  stopped by SIGUSR1; --resume goes on
   2  the command line is wrong        130  stopped by SIGINT (Ctrl-C)
- 65  the script is wrong              143  stopped by SIGTERM";
+ 65  the script is wrong              143  stopped by SIGTERM
+ 66  an input is missing or bad";
 
 /// A ray tracer: scenes are scripts, and a frame costs only what changed.
 #[derive(Debug, Parser)]
@@ -55,6 +61,27 @@ pub enum Command {
     /// Render a scene: a picture, a sequence of pictures or a film
     #[command(before_help = RENDER_EXAMPLES, after_help = CODES)]
     Render(RenderArgs),
+    /// Check a finished sequence: which frames are missing, damaged or stale
+    #[command(
+        before_help = "Examples:\n  reflet verify room.rhai out/frame-####.png\n  reflet verify room.rhai out/frame-####.png --frames 0-99 --set gloss=1"
+    )]
+    Verify(VerifyArgs),
+    /// Join the tiles of one huge picture
+    #[command(
+        before_help = "Examples:\n  reflet render room.rhai -o parts/1.exr --tile 1,1/2x1\n  reflet render room.rhai -o parts/2.exr --tile 2,1/2x1\n  reflet merge parts/*.exr -o room.png"
+    )]
+    Merge(MergeArgs),
+    /// Join frames on disk to a film
+    #[command(
+        before_help = "Examples:\n  reflet film out/frame-####.png -o room.mp4\n  reflet film out/frame-####.png -o room.webp --fps 12 --frames 0-119:2"
+    )]
+    Film(FilmArgs),
+    /// Write a job for a scheduler: Slurm, Open Job Description, or one command a line
+    #[command(
+        subcommand,
+        before_help = "Examples:\n  reflet farm slurm room.rhai -o out/frame-####.png > job.sh\n  reflet farm commands room.rhai -o out/frame-####.png | parallel"
+    )]
+    Farm(FarmCommand),
     /// Say what a scene holds, and warn of what looks wrong
     #[command(
         before_help = "Examples:\n  reflet check room.rhai\n  reflet check room.rhai --set gloss=1"
@@ -135,8 +162,10 @@ pub struct RenderArgs {
     /// what is free; the picture is the same
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub cache_mem: Option<u64>,
+    #[command(flatten)]
+    pub part: PartArgs,
     /// The format, whatever the output's ending: png, png16, exr, exr16, qoi, jpg, ppm, pfm, gif,
-    /// apng or y4m
+    /// apng, webp, y4m, mp4 or mkv
     #[arg(long, value_name = "EXT")]
     pub format: Option<String>,
     /// How much time a smaller PNG or EXR is worth: fast, balanced or small; all are lossless
@@ -145,6 +174,9 @@ pub struct RenderArgs {
     /// Print one JSON event a line on stdout
     #[arg(long)]
     pub json: bool,
+    /// Print progress on stdout as Open Job Description wants it
+    #[arg(long, conflicts_with = "json")]
+    pub openjd: bool,
     /// Say of every frame what changed, what was redone for it and why
     #[arg(short, long)]
     pub verbose: bool,
@@ -253,7 +285,7 @@ fn assignment(text: &str) -> Result<(String, String), String> {
     }
 }
 
-fn size(text: &str) -> Result<(u32, u32), String> {
+pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
     let edge = |text: &str| {
         let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
         text.parse().ok().filter(|n| digits && (1..=65_535).contains(n))
@@ -265,7 +297,7 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
-fn compression(text: &str) -> Result<Compression, String> {
+pub(crate) fn compression(text: &str) -> Result<Compression, String> {
     match text {
         "fast" => Ok(Compression::Fast),
         "balanced" => Ok(Compression::Balanced),

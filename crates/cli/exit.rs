@@ -22,6 +22,8 @@ pub enum Exit {
     Input = 66,
     /// An output could not be written.
     Output = 74,
+    /// Stopped by SIGUSR1, a scheduler's warning: to be resumed.
+    Resumable = 75,
     /// Stopped by SIGINT.
     Interrupted = 130,
     /// Stopped by SIGTERM.
@@ -105,6 +107,7 @@ impl From<RenderError> for Failure {
             }
             // Who cancelled knows better; this is what stays if nobody says.
             RenderError::Cancelled => Self::new(Exit::Interrupted, "stopped"),
+            RenderError::Usage(message) => Self::usage(message),
             error @ (RenderError::Memory { .. } | RenderError::Other(_)) => {
                 Self::new(Exit::Failed, error.to_string())
             }

@@ -4,6 +4,9 @@
 //! | --- | --- | --- |
 //! | `start` | the script has run | `frames`, `width`, `height`, `isa`, `threads` |
 //! | `warning` | at any time | `message` |
+//! | `swept` | a killed process's file was removed | `path` |
+//! | `kept` | a frame's file stands | `frame`, `path` |
+//! | `again` | a frame's file does not stand | `frame`, `path`, `why` |
 //! | `frame` | a frame is on disk | `frame`, `path`, `ms`, `rays`, `changed`, ... |
 //! | `error` | the render failed; the last line then | `exit`, `message` |
 //! | `done` | all frames are on disk; the last line | `frames`, `ms`, `rays`, ... |
@@ -15,6 +18,7 @@ use crate::exit::Failure;
 use reflet_frame::{Event, FrameReport, Summary, Thing};
 use serde::Serialize;
 use std::io::{self, Write};
+use std::path::Path;
 
 /// A line.
 #[derive(Serialize)]
@@ -24,6 +28,12 @@ pub enum Line<'a> {
     Start { frames: usize, width: u32, height: u32, isa: &'a str, threads: usize },
     /// Something that the user may want to mend.
     Warning { message: &'a str },
+    /// A killed process's file was removed.
+    Swept { path: String },
+    /// A frame's file stands and was kept.
+    Kept { frame: u32, path: String },
+    /// A frame's file does not stand, and is made again.
+    Again { frame: u32, path: String, why: String },
     /// A frame is on disk.
     Frame {
         frame: u32,
@@ -59,6 +69,8 @@ pub enum Line<'a> {
     /// The render is done.
     Done {
         frames: u64,
+        kept: u64,
+        remade: u64,
         ms: f64,
         trace_ms: f64,
         rays: Rays,
@@ -88,6 +100,10 @@ pub struct Rays {
     shadow: u64,
 }
 
+fn text(path: &Path) -> String {
+    path.to_string_lossy().into_owned()
+}
+
 fn ms(ns: u64) -> f64 {
     ns as f64 / 1e6
 }
@@ -100,6 +116,11 @@ impl<'a> Line<'a> {
                 Line::Start { frames, width, height, isa, threads }
             }
             Event::Warning(message) => Line::Warning { message },
+            Event::Swept(path) => Line::Swept { path: text(path) },
+            Event::Kept { frame, path } => Line::Kept { frame: *frame, path: text(path) },
+            Event::Again { frame, path, standing } => {
+                Line::Again { frame: *frame, path: text(path), why: standing.to_string() }
+            }
             Event::Frame(report) => Line::frame(report),
         }
     }
@@ -108,7 +129,7 @@ impl<'a> Line<'a> {
         let change = |thing: &'a Thing| Change { name: &thing.name, how: thing.how };
         Line::Frame {
             frame: r.frame,
-            path: r.path.as_ref().map(|path| path.to_string_lossy().into_owned()),
+            path: r.path.as_deref().map(text),
             ms: ms(r.elapsed_ns()),
             script_ms: ms(r.script_ns),
             pack_ms: ms(r.pack_ns),
@@ -139,6 +160,8 @@ impl<'a> Line<'a> {
         let rays = summary.rays;
         Line::Done {
             frames: summary.frames,
+            kept: summary.kept,
+            remade: summary.remade,
             ms: ms(summary.elapsed_ns),
             trace_ms: ms(summary.trace_ns),
             rays: Rays { camera: rays.camera, mirror: rays.mirror, shadow: rays.shadow },
@@ -176,7 +199,7 @@ mod tests {
     use super::*;
     use crate::exit::Exit;
 
-    fn text(line: &Line<'_>) -> String {
+    fn told(line: &Line<'_>) -> String {
         serde_json::to_string(line).unwrap()
     }
 
@@ -190,16 +213,19 @@ mod tests {
             retraced_pixels: 7,
             ..FrameReport::default()
         };
-        let line = text(&Line::event(&Event::Frame(&report)));
+        let line = told(&Line::event(&Event::Frame(&report)));
         let start = r#"{"event":"frame","frame":3,"path":"out/frame-0003.png","ms":1.9,"#;
         assert!(line.starts_with(start), "{line}");
         assert!(line.contains(r#""rays":{"camera":0,"mirror":0,"shadow":0}"#), "{line}");
         assert!(line.contains(r#""retraced_pixels":7"#), "{line}");
-        let done = text(&Line::done(&Summary::default()));
-        assert!(done.starts_with(r#"{"event":"done","frames":0,"ms":0.0,"#), "{done}");
+        let done = told(&Line::done(&Summary::default()));
+        assert!(
+            done.starts_with(r#"{"event":"done","frames":0,"kept":0,"remade":0,"ms":0.0,"#),
+            "{done}"
+        );
         let failure = Failure::new(Exit::Script, "a \"word\"\nand a line");
         assert_eq!(
-            text(&Line::error(&failure)),
+            told(&Line::error(&failure)),
             r#"{"event":"error","exit":65,"message":"a \"word\"\nand a line"}"#
         );
     }

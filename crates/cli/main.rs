@@ -5,16 +5,21 @@ mod check;
 mod completions;
 mod console;
 mod exit;
+mod farm;
+mod film;
 mod frames;
 mod json;
 mod meant;
+mod merge;
 mod new;
 mod params;
+mod parts;
 mod profile;
 mod progress;
 mod render;
 mod signals;
 mod told;
+mod verify;
 mod watch;
 
 use clap::Parser;
@@ -39,6 +44,10 @@ fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
             Times::AtEachSave => watch::run(&meant, console, &signals),
         },
         Meant::Profile(meant) => profile::run(&meant),
+        Meant::Verify(meant) => verify::run(&meant, console, &signals),
+        Meant::Merge(args) => merge::run(&args, console, &signals),
+        Meant::Film(args) => film::run(&args, console, &signals),
+        Meant::Farm(command) => farm::run(&command, console),
         Meant::Check(script) => print(check::run(&script, console)?),
         Meant::Params(script, tell) => {
             let stage = script.load()?;

@@ -4,14 +4,19 @@
 use crate::args::{Command, NewArgs, ParamsArgs, ProfileArgs, RenderArgs, ScriptArgs, Typed};
 use crate::console::Console;
 use crate::exit::Failure;
+use crate::farm::FarmCommand;
+use crate::film::FilmArgs;
 use crate::frames::FrameRanges;
+use crate::merge::MergeArgs;
+use crate::parts::{PartArgs, Shard};
 use crate::profile::cast::Question;
 use crate::profile::inputs::Primitives;
 use crate::profile::{Outputs, Profile, Subject};
+use crate::verify::VerifyArgs;
 use clap_complete::Shell;
 use reflet_accel::Isa;
-use reflet_film::{Compression, Target};
-use reflet_frame::{Draft, Reuse};
+use reflet_film::{Compression, Format, Target};
+use reflet_frame::{Draft, Resume, Reuse, TileChoice};
 use reflet_script::{Options, Source, Stage};
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
@@ -22,6 +27,14 @@ use std::sync::Arc;
 pub enum Meant {
     /// Render.
     Render(Render),
+    /// Check a finished sequence.
+    Verify(Render),
+    /// Join tiles.
+    Merge(MergeArgs),
+    /// Join frames to a film.
+    Film(FilmArgs),
+    /// Write a job for a scheduler.
+    Farm(FarmCommand),
     /// Measure.
     Profile(Profile),
     /// Say what a scene holds.
@@ -61,6 +74,8 @@ pub enum Tell {
     People,
     /// Programs: JSON on stdout.
     Programs,
+    /// A scheduler that speaks Open Job Description, on stdout; people are told the rest.
+    Scheduler,
 }
 
 /// How much people are told.
@@ -103,6 +118,12 @@ pub struct Render {
     pub reuse: Reuse,
     /// Bytes that kept trees may take; a quarter of the free memory if `None`.
     pub cache_bytes: Option<u64>,
+    /// Whether frames that stand are kept.
+    pub resume: Resume,
+    /// Which part of the frames; all if `None`.
+    pub shard: Option<Shard>,
+    /// Which part of the picture; all if `None`.
+    pub tile: Option<TileChoice>,
     /// How much time a smaller file is worth.
     pub compression: Compression,
     /// Whom events are told to.
@@ -122,6 +143,10 @@ impl Meant {
         Ok(match typed.command {
             Command::Render(args) => Self::Render(render(args, console)?),
             Command::Profile(args) => Self::Profile(profile(*args, console)?),
+            Command::Verify(args) => Self::Verify(verify(args, console)?),
+            Command::Merge(args) => Self::Merge(args),
+            Command::Film(args) => Self::Film(args),
+            Command::Farm(command) => Self::Farm(command),
             Command::Check(args) => Self::Check(script(args, console)),
             Command::Params(ParamsArgs { script: args, json }) => {
                 Self::Params(script(args, console), tell(json))
@@ -190,6 +215,9 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
     // The animation's length is not known yet, but no other mistake depends on it.
     let target = Target::parse(&output, args.format.as_deref(), 1)
         .map_err(|e| Failure::usage(e.to_string()))?;
+    if target.is_stdout() && args.openjd {
+        return Err(Failure::usage("--openjd and -o - both write to stdout; let -o name a file"));
+    }
     if target.is_stdout() && args.json {
         return Err(Failure::usage(
             "--json and -o - both write to stdout; let -o name a file, or leave --json out",
@@ -200,6 +228,7 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
             "--watch renders again and again, and stdout can take one render; let -o name a file",
         ));
     }
+    one_file_each(&target, &args.part)?;
     args.isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
     Ok(Render {
         script: script(args.script, console),
@@ -212,9 +241,66 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
         isa: args.isa,
         reuse: if args.no_reuse { Reuse::Never } else { Reuse::Keep },
         cache_bytes: args.cache_mem,
+        resume: if args.part.resume { Resume::Keep } else { Resume::Never },
+        shard: args.part.shard,
+        tile: args.part.tile,
+        tell: if args.openjd { Tell::Scheduler } else { tell(args.json) },
         compression: args.compression,
-        tell: tell(args.json),
         detail: if args.verbose { Detail::Frames } else { Detail::Summary },
         times: if args.watch { Times::AtEachSave } else { Times::Once },
+    })
+}
+
+/// What keeps, splits or joins files needs files, a frame each.
+fn one_file_each(target: &Target, part: &PartArgs) -> Result<(), Failure> {
+    let option = match (part.resume, part.shard, part.tile) {
+        (true, ..) => "--resume",
+        (_, Some(_), _) => "--shard",
+        (.., Some(_)) => "--tile",
+        _ => return Ok(()),
+    };
+    if target.is_stdout() {
+        return Err(Failure::usage(format!("{option} needs files; let -o name them, not stdout")));
+    }
+    if target.format().is_film() {
+        return Err(Failure::usage(format!(
+            "{option} needs a file for each frame, and {} is one for all: render frames, as in \
+             -o out/frame-####.png, and join them with `reflet film`",
+            target.format()
+        )));
+    }
+    if part.tile.is_some() && target.format() != Format::Exr {
+        return Err(Failure::usage(
+            "--tile makes EXR parts, of which `reflet merge` makes any format: let -o end in .exr",
+        ));
+    }
+    Ok(())
+}
+
+fn verify(args: VerifyArgs, console: &Console) -> Result<Render, Failure> {
+    let output = args.output.into_os_string();
+    let target = Target::parse(&output, args.format.as_deref(), 1)
+        .map_err(|e| Failure::usage(e.to_string()))?;
+    if target.is_stdout() || target.format().is_film() {
+        return Err(Failure::usage("verify checks files of one frame each, as in frame-####.png"));
+    }
+    Ok(Render {
+        script: script(args.script, console),
+        output,
+        format: args.format,
+        frames: args.frames,
+        size: args.size.map(|(width, height)| [width, height]),
+        draft: if args.draft { Draft::Yes } else { Draft::No },
+        threads: None,
+        isa: Isa::Auto,
+        reuse: Reuse::Keep,
+        cache_bytes: None,
+        resume: Resume::Never,
+        shard: None,
+        tile: None,
+        compression: args.compression,
+        tell: Tell::People,
+        detail: Detail::Summary,
+        times: Times::Once,
     })
 }

@@ -1,4 +1,5 @@
-//! SIGINT and SIGTERM: the first ends a render after its tile, a second one at once.
+//! SIGINT, SIGTERM and SIGUSR1 (a scheduler's warning): the first ends a render after its tile, a
+//! second one at once.
 
 use crate::console::Console;
 use crate::exit::{Exit, Failure};
@@ -21,11 +22,13 @@ struct Inner {
     exit: AtomicU8,
     /// Where the render's unfinished files stand.
     folder: Mutex<Option<PathBuf>>,
+    /// How the render that runs is gone on with, for a message.
+    how: Mutex<&'static str>,
 }
 
 /// So long may a render take to notice a signal: a tile, and the file that is being written. A
 /// script that never ends does not notice at all.
-const PATIENCE: Duration = Duration::from_secs(2);
+const PATIENCE: Duration = Duration::from_millis(1500);
 
 impl Signals {
     /// Listens from now on.
@@ -37,15 +40,19 @@ impl Signals {
 
     #[cfg(unix)]
     fn spawn(&self, console: &Console) {
-        use signal_hook::consts::{SIGINT, SIGTERM};
-        let mut incoming = match signal_hook::iterator::Signals::new([SIGINT, SIGTERM]) {
+        use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
+        let mut incoming = match signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGUSR1]) {
             Ok(incoming) => incoming,
             Err(error) => return console.warn(&format!("cannot listen to signals: {error}")),
         };
         let (signals, console) = (self.clone(), console.clone());
         std::thread::spawn(move || {
             for signal in incoming.forever() {
-                let exit = if signal == SIGINT { Exit::Interrupted } else { Exit::Terminated };
+                let exit = match signal {
+                    SIGINT => Exit::Interrupted,
+                    SIGUSR1 => Exit::Resumable,
+                    _ => Exit::Terminated,
+                };
                 if !signals.came(exit) {
                     signals.end(exit, &console);
                 }
@@ -62,6 +69,8 @@ impl Signals {
     #[cfg(unix)]
     fn end(&self, exit: Exit, console: &Console) -> ! {
         console.show("");
+        let how = *self.0.how.lock().unwrap_or_else(PoisonError::into_inner);
+        console.error(&format!("stopped at once{how}"));
         let folder = self.0.folder.lock().unwrap_or_else(PoisonError::into_inner);
         let strays = folder.as_deref().and_then(|f| reflet_film::stray_files(f).ok());
         for stray in strays.into_iter().flatten() {
@@ -84,7 +93,14 @@ impl Signals {
     }
 
     /// Runs a render into `file`, which a signal then ends through the flag that it is given.
-    pub fn rendering<R>(&self, file: &Path, render: impl FnOnce(&AtomicBool) -> R) -> R {
+    /// `how` says how to go on with it later.
+    pub fn rendering<R>(
+        &self,
+        file: &Path,
+        how: &'static str,
+        render: impl FnOnce(&AtomicBool) -> R,
+    ) -> R {
+        *self.0.how.lock().unwrap_or_else(PoisonError::into_inner) = how;
         // A link's file is made where the link leads.
         let place = file.canonicalize().unwrap_or_else(|_| file.to_path_buf());
         let folder = place.parent().filter(|f| !f.as_os_str().is_empty());
@@ -106,6 +122,7 @@ impl Signals {
         match self.0.exit.load(Ordering::SeqCst) {
             0 => None,
             code if code == Exit::Terminated as u8 => Some(Failure::quiet(Exit::Terminated)),
+            code if code == Exit::Resumable as u8 => Some(Failure::quiet(Exit::Resumable)),
             _ => Some(Failure::quiet(Exit::Interrupted)),
         }
     }
@@ -119,7 +136,7 @@ mod tests {
     fn the_first_is_told_and_the_second_ends() {
         let signals = Signals::default();
         assert_eq!(signals.failure(), None);
-        let second = signals.rendering(Path::new("x.png"), |cancel| {
+        let second = signals.rendering(Path::new("x.png"), "", |cancel| {
             assert!(signals.came(Exit::Terminated));
             assert!(cancel.load(Ordering::SeqCst));
             signals.came(Exit::Interrupted)

@@ -78,10 +78,11 @@ fn without_json_a_summary_closes_and_no_bar_is_drawn_off_a_terminal() {
     let room = Room::furnished();
     // Only a material changes: without re-use every frame is traced, with it the first one is.
     let kept = "4 of 5 frames cast no ray from the eye";
-    for (more, camera, last) in
-        [(["--no-reuse"].as_slice(), "720 camera", "2 threads"), (&[], "144 camera", kept)]
-    {
-        let args = ["render", "five.rhai", "-o", "f.png", "--threads", "2", "--isa", "scalar"];
+    for (more, camera, last, out) in [
+        (["--no-reuse"].as_slice(), "720 camera", "2 threads", "a/f.png"),
+        (&[], "144 camera", kept, "b/f.png"),
+    ] {
+        let args = ["render", "five.rhai", "-o", out, "--threads", "2", "--isa", "scalar"];
         let ran = room.good(&[args.as_slice(), more].concat());
         assert!(ran.out.is_empty());
         assert!(ran.err.trim_end().ends_with(last), "{}", ran.err);

@@ -2,8 +2,10 @@
 
 mod checked;
 mod events;
+mod farmed;
 mod outputs;
 mod profiled;
+mod resumed;
 mod room;
 mod stopped;
 mod usage;

@@ -17,6 +17,7 @@ fn every_format_is_made() {
         ("a.gif", b"GIF89a"),
         ("a.apng", b"\x89PNG\r\n\x1a\n"),
         ("a.y4m", b"YUV4MPEG2 W16 H9"),
+        ("a.webp", b"RIFF"),
     ];
     for (name, start) in starts {
         room.good(&["render", "still.rhai", "-o", name]);
@@ -25,7 +26,8 @@ fn every_format_is_made() {
     }
     room.good(&["render", "still.rhai", "-o", "picture", "--format", "png"]);
     assert_eq!(png(&room.path("picture")), png(&room.path("a.png")));
-    assert_eq!(room.made().len(), starts.len() + 1, "no temporary file stays: {:?}", room.made());
+    // QOI and PFM hold no text.
+    assert_eq!(room.made().len(), starts.len() + 3, "no temporary file stays: {:?}", room.made());
 }
 
 #[test]
@@ -53,6 +55,72 @@ fn stdout_takes_a_still_as_ppm_and_an_animation_as_y4m() {
     let frames = film.out.windows(6).filter(|w| w == b"FRAME\n").count();
     assert_eq!(frames, 5);
     assert_eq!(room.made(), ["a.png"]);
+}
+
+#[test]
+fn frames_on_disk_become_the_film_that_a_render_makes() {
+    let room = Room::furnished();
+    room.good(&["render", "five.rhai", "-o", "f/a-##.png"]);
+    for name in ["a.gif", "a.apng", "a.webp", "a.y4m"] {
+        let joined = format!("joined-{name}");
+        room.good(&["render", "five.rhai", "-o", name]);
+        room.good(&["film", "f/a-##.png", "-o", &joined, "--fps", "10"]);
+        let read = |name: &str| std::fs::read(room.path(name)).unwrap();
+        assert!(read(name) == read(&joined), "{name}");
+    }
+    room.good(&["render", "five.rhai", "-o", "f/a-##.exr", "--frames", "1-2"]);
+    room.good(&["film", "f/a-01.exr", "f/a-02.exr", "-o", "exr.y4m"]);
+    room.good(&["film", "f/a-##.png", "-o", "png.y4m", "--frames", "1-2"]);
+    let read = |name: &str| std::fs::read(room.path(name)).unwrap();
+    assert!(read("exr.y4m") == read("png.y4m"));
+
+    let film = |more: &[&str], code: i32, words: &[&str]| {
+        room.bad(&[&["film", "-o", "bad.gif"], more].concat(), code, words);
+        assert!(!room.path("bad.gif").exists());
+    };
+    film(&["f/b-##.png"], 66, &["no frames", "f/b-00.png"]);
+    film(&["f/a-##.png", "--frames", "3-5"], 66, &["frames 5 of", "missing"]);
+    std::fs::remove_file(room.path("f/a-03.png")).unwrap();
+    film(&["f/a-##.png"], 66, &["frames 3 of", "--resume"]);
+    film(&["f/a-00.png", "still.rhai"], 66, &["still.rhai", "PNG"]);
+    room.good(&["render", "still.rhai", "-o", "wide.png", "--size", "17x9"]);
+    film(&["f/a-00.png", "wide.png"], 66, &["17x9", "16x9"]);
+    let mut bad = read("f/a-01.png");
+    bad.truncate(bad.len() - 20);
+    room.write("f/a-01.png", bad);
+    film(&["f/a-00.png", "f/a-01.png"], 66, &["f/a-01.png", "damaged"]);
+    film(&["f/a-00.png", "--fps", "0"], 2, &["--fps"]);
+    room.bad(&["film", "f/a-00.png", "-o", "a.png"], 2, &["no film"]);
+}
+
+#[test]
+fn ffmpeg_makes_what_it_is_there_for() {
+    use std::process::Command;
+    let room = Room::furnished();
+    let args = ["render", "five.rhai", "-o", "a.mp4"];
+    let ran: Ran = room.command(&args).env("PATH", "").output().unwrap().into();
+    assert_eq!(ran.code, Some(74), "{}", ran.err);
+    assert!(ran.err.contains("install it"), "{}", ran.err);
+    assert_eq!(room.made(), [""; 0]);
+    if Command::new("ffprobe").arg("-version").output().is_err() {
+        let required = std::env::var_os("REFLET_REQUIRE_TOOLS").is_some_and(|v| v == "1");
+        assert!(!required, "ffmpeg is not there");
+        println!("skipped: ffmpeg is not there");
+        return;
+    }
+    for name in ["a.mp4", "a.mkv"] {
+        let again = format!("again-{name}");
+        room.good(&["render", "five.rhai", "-o", name, "--size", "33x21"]);
+        room.good(&["render", "five.rhai", "-o", &again, "--size", "33x21", "--threads", "1"]);
+        let read = |name: &str| std::fs::read(room.path(name)).unwrap();
+        assert!(read(name) == read(&again), "{name}: the same frames give other bytes");
+        let mut probe = Command::new("ffprobe");
+        probe.args(["-v", "error", "-count_frames", "-of", "csv=p=0", "-show_entries"]);
+        probe.args(["stream=codec_name,width,height,r_frame_rate,nb_read_frames"]);
+        let told = probe.arg(room.path(name)).output().unwrap();
+        assert_eq!(String::from_utf8_lossy(&told.stdout).trim(), "h264,34,22,10/1,5", "{name}");
+    }
+    assert_eq!(room.made().len(), 4, "{:?}", room.made());
 }
 
 #[test]
@@ -115,7 +183,10 @@ fn a_link_stays_a_link() {
 #[test]
 fn a_full_device_is_an_output_error() {
     let room = Room::furnished();
-    for format in ["png", "exr", "ppm", "gif", "apng", "y4m"] {
+    for format in [
+        "png", "png16", "exr", "exr16", "qoi", "jpg", "ppm", "pfm", "gif", "apng", "webp", "y4m",
+        "mp4",
+    ] {
         let args = ["render", "still.rhai", "-o", "/dev/full", "--format", format];
         room.bad(&args, 74, &["/dev/full"]);
     }

@@ -13,10 +13,10 @@ fn endless() -> Room {
     Room::with(&[("a.rhai", &format!("{script}{more}"))])
 }
 
-/// An animation that does not get beyond its frame 9. (Frames are told of a few frames later.)
+/// An animation that does not get beyond its frame 199. (Frames are told of some batches later.)
 fn stuck() -> String {
     format!(
-        "{STILL}animation(#{{ frames: 20 }}); on_frame(|f| {{ if f.index == 9 {{ loop {{ }} }} }});"
+        "{STILL}animation(#{{ frames: 400 }}); on_frame(|f| {{ if f.index == 199 {{ loop {{ }} }} }});"
     )
 }
 
@@ -48,13 +48,14 @@ fn end(child: Child) -> Ran {
 
 #[test]
 fn frames_that_were_done_stand_and_nothing_else_stays() {
-    for (name, code) in [("-INT", 130), ("-TERM", 143)] {
+    for (name, code) in [("-INT", 130), ("-TERM", 143), ("-USR1", 75)] {
         let room = endless();
         let child = start(&room, "f-#.png", 3);
         signal(&child, name);
         let ran = end(child);
         assert_eq!(ran.code, Some(code), "{name}: {}", ran.err);
         assert!(ran.err.starts_with("error: stopped"), "{}", ran.err);
+        assert!(ran.err.contains("--resume"), "{}", ran.err);
         let made = room.made();
         assert!(made.len() >= 3, "{made:?}");
         for name in made {

@@ -93,7 +93,7 @@ fn put(column: &mut [Lane; 3], lane: usize, v: [f32; 3]) {
 pub trait Block: Default + Clone + Send + Sync {
     /// Writes a primitive into a lane.
     fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId);
-    /// The code of each lane; [`NO_PRIM`] where there is none.
+    /// The code of each lane; [`crate::lanes::NO_PRIM`] where there is none.
     fn codes(&self) -> &[u32; LANES];
     /// One ray against all lanes.
     fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S>;

@@ -9,7 +9,7 @@
 //!
 //! A frustum is only ever left out of where the definition has no hit. A ray that passes a box by
 //! the slab test comes as near to it, in exact arithmetic, as 2^-19 of the way to it: that, and the
-//! rounding here, is what [`SLACK`] and the margin cover.
+//! rounding here, is what `SLACK` and the margin cover.
 
 use crate::build::Node;
 use crate::lanes::{F, LANES, M, RayLanes, TURN, U, abs, dot, greater, lesser, rows3};

@@ -5,6 +5,7 @@
 //! | --- | --- |
 //! | [`jail`] | a file's bytes, from inside one folder |
 //! | [`obj`] | Wavefront OBJ: `v` and `f` lines to [`MeshData`] |
+//! | [`png`] | PNG to pixels |
 //! | [`error`] | what is wrong with a file: missing, forbidden or broken, with its line |
 //!
 //! ```
@@ -21,6 +22,7 @@
 pub mod error;
 pub mod jail;
 pub mod obj;
+pub mod png;
 
 pub use error::{AssetError, Cause};
 use reflet_scene::MeshData;

@@ -142,7 +142,7 @@ fn scene(
         let name = script.path.file_stem().unwrap_or_default().to_string_lossy();
         let text = frame.write(outputs, &name, *isa, *threads)?;
         match profile.tell {
-            Tell::People => print(text)?,
+            Tell::People | Tell::Scheduler => print(text)?,
             // Stdout holds objects only.
             Tell::Programs if !text.is_empty() => Console::new().say(text.trim_end()),
             Tell::Programs => {}
@@ -158,7 +158,7 @@ fn scene(
             Tell::Programs => {
                 report::line(report::scene_object(&frame, &measured), compared.as_deref())
             }
-            Tell::People => report::scene_table(&frame, &measured),
+            Tell::People | Tell::Scheduler => report::scene_table(&frame, &measured),
         })
     })
 }
@@ -207,7 +207,7 @@ fn files(
         let compared = book.enter(vec![figure]);
         print(match profile.tell {
             Tell::Programs => report::line(&line, compared.as_deref()),
-            Tell::People => report::files_row(&line),
+            Tell::People | Tell::Scheduler => report::files_row(&line),
         })
     })
 }

@@ -26,8 +26,14 @@ pub enum Format {
     Gif,
     /// Animated PNG, 8 bits.
     Apng,
+    /// Animated WebP, lossless.
+    Webp,
     /// YUV4MPEG2, 4:4:4.
     Y4m,
+    /// MP4, encoded by ffmpeg.
+    Mp4,
+    /// Matroska, encoded by ffmpeg.
+    Mkv,
 }
 
 /// A name that is no format's.
@@ -51,11 +57,13 @@ impl std::error::Error for UnknownFormat {}
 
 impl Format {
     /// Every name that [`Format::from_name`] takes, stills first.
-    pub const NAMES: [&str; 12] =
-        ["png", "png16", "exr", "exr16", "qoi", "jpg", "jpeg", "ppm", "pfm", "gif", "apng", "y4m"];
+    pub const NAMES: [&str; 15] = [
+        "png", "png16", "exr", "exr16", "qoi", "jpg", "jpeg", "ppm", "pfm", "gif", "apng", "webp",
+        "y4m", "mp4", "mkv",
+    ];
 
     /// All formats, stills first.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 14] = [
         Self::Png,
         Self::Png16,
         Self::Exr,
@@ -66,7 +74,10 @@ impl Format {
         Self::Pfm,
         Self::Gif,
         Self::Apng,
+        Self::Webp,
         Self::Y4m,
+        Self::Mp4,
+        Self::Mkv,
     ];
 
     /// The format called `name`, in either case, without a leading dot.
@@ -82,7 +93,10 @@ impl Format {
             "pfm" => Self::Pfm,
             "gif" => Self::Gif,
             "apng" => Self::Apng,
+            "webp" => Self::Webp,
             "y4m" => Self::Y4m,
+            "mp4" => Self::Mp4,
+            "mkv" => Self::Mkv,
             _ => {
                 return Err(UnknownFormat { name: name.to_owned() });
             }
@@ -102,7 +116,10 @@ impl Format {
             Self::Pfm => "pfm",
             Self::Gif => "gif",
             Self::Apng => "apng",
+            Self::Webp => "webp",
             Self::Y4m => "y4m",
+            Self::Mp4 => "mp4",
+            Self::Mkv => "mkv",
         }
     }
 
@@ -128,7 +145,7 @@ impl Format {
 
     /// True for formats that hold all frames of an animation in one file.
     pub fn is_film(self) -> bool {
-        matches!(self, Self::Gif | Self::Apng | Self::Y4m)
+        matches!(self, Self::Gif | Self::Apng | Self::Webp | Self::Y4m | Self::Mp4 | Self::Mkv)
     }
 }
 
@@ -184,7 +201,7 @@ mod tests {
         assert_eq!(
             text,
             "unknown format \"exrr\", did you mean \"exr\"? (known: png, png16, exr, exr16, qoi, \
-             jpg, jpeg, ppm, pfm, gif, apng, y4m)"
+             jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv)"
         );
     }
 }

@@ -9,8 +9,11 @@
 //! 3. [`Format`]: what the files are called and which samples they hold.
 //! 4. [`encode_still`]: a picture to the bytes of a file. PNG and EXR are made of independent
 //!    bands of rows; [`KeptBands`] keeps the bytes of bands whose pixels did not change.
-//! 5. [`FilmWriter`]: frames to one GIF, APNG or Y4M stream.
-//! 6. [`Target`]: what `-o OUT` means; [`SafeFile`]: a file that appears under its name only
+//! 5. [`FilmWriter`]: frames to one GIF, APNG, WebP or Y4M stream; [`FilmSink`]: to a file, or to
+//!    ffmpeg, which encodes MP4 and Matroska.
+//! 6. [`encode_sealed`], [`read_sealed`]: files that say what they were made from, and whether they
+//!    are whole; [`decode_still`]: their pictures again.
+//! 7. [`Target`]: what `-o OUT` means; [`SafeFile`]: a file that appears under its name only
 //!    when it is whole.
 //!
 //! ```
@@ -45,7 +48,9 @@
 //! a tile, the machine, the time, or on what was kept from an earlier frame.
 
 mod bands;
+mod decode;
 mod exr;
+mod ffmpeg;
 mod film;
 mod format;
 mod netpbm;
@@ -53,18 +58,25 @@ mod picture;
 mod png;
 mod qoi;
 mod safe;
+mod seal;
 mod still;
 mod target;
 mod transfer;
 
 pub use bands::KeptBands;
-pub use film::{FilmSpec, FilmWriter, Fps, FpsError, Pushed};
+pub use decode::decode_still;
+pub use ffmpeg::Ffmpeg;
+pub use film::{FilmSink, FilmSpec, FilmWriter, Fps, FpsError, Patch, Pushed};
 pub use format::{Format, UnknownFormat};
 pub use picture::{
     Layout, LayoutError, OutOfMemory, Picture, Sample, SampleKind, Samples, SamplesMut, TileMut,
     TileRect,
 };
-pub use safe::{PendingFolders, SafeFile, StrayFile, stray_files};
+pub use safe::{Folders, PendingFolders, SafeFile, StrayFile, stray_files};
+pub use seal::{
+    CHECK, MANIFEST_ENDING, Sealed, Unsealed, encode_sealed, manifest_path, needs_manifest,
+    read_sealed, texts,
+};
 pub use still::{Compression, Encoded, StillOptions, encode_still};
 pub use target::{Target, TargetError};
 pub use transfer::{Transfer, TransferTable};

@@ -331,6 +331,28 @@ impl Picture {
         })
     }
 
+    /// Overwrites the pixels of row `y` from column `x` on with R, G, B triples.
+    ///
+    /// # Panics
+    /// If the picture's samples are not of the type given, or the pixels are outside the picture.
+    pub fn set_row<T: Sample>(&mut self, x: u32, y: u32, triples: &[T]) {
+        let layout = self.layout;
+        let end = x as usize + triples.len() / 3;
+        assert!(y < layout.height && end <= layout.width as usize, "outside the picture");
+        let samples = T::of_mut(&mut self.samples).expect("samples of another type");
+        let tile = layout.tile as usize;
+        let first = (y / layout.tile) as usize * layout.columns() as usize * layout.chunk_len()
+            + (y % layout.tile) as usize * tile * 3;
+        let (mut x, mut rest) = (x as usize, triples);
+        while !rest.is_empty() {
+            let (piece, tail) = rest.split_at(rest.len().min((tile - x % tile) * 3));
+            let start = first + x / tile * layout.chunk_len() + x % tile * 3;
+            samples[start..start + piece.len()].copy_from_slice(piece);
+            x += piece.len() / 3;
+            rest = tail;
+        }
+    }
+
     /// Copies row `y` (0..height) into `row`, `width` R, G, B triples.
     ///
     /// # Panics
@@ -351,10 +373,18 @@ impl Picture {
 pub trait Sample: Copy + Send + Sync + 'static {
     /// The samples, if they are of this type.
     fn of(samples: &Samples) -> Option<&[Self]>;
+    /// The samples for writing, if they are of this type.
+    fn of_mut(samples: &mut Samples) -> Option<&mut [Self]>;
 }
 
 impl Sample for u8 {
     fn of(samples: &Samples) -> Option<&[Self]> {
+        match samples {
+            Samples::U8(samples) => Some(samples),
+            _ => None,
+        }
+    }
+    fn of_mut(samples: &mut Samples) -> Option<&mut [Self]> {
         match samples {
             Samples::U8(samples) => Some(samples),
             _ => None,
@@ -369,10 +399,22 @@ impl Sample for u16 {
             _ => None,
         }
     }
+    fn of_mut(samples: &mut Samples) -> Option<&mut [Self]> {
+        match samples {
+            Samples::U16(samples) => Some(samples),
+            _ => None,
+        }
+    }
 }
 
 impl Sample for f32 {
     fn of(samples: &Samples) -> Option<&[Self]> {
+        match samples {
+            Samples::F32(samples) => Some(samples),
+            _ => None,
+        }
+    }
+    fn of_mut(samples: &mut Samples) -> Option<&mut [Self]> {
         match samples {
             Samples::F32(samples) => Some(samples),
             _ => None,

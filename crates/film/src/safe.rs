@@ -6,7 +6,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, ErrorKind, IoSlice, Write};
+use std::io::{self, ErrorKind, IoSlice, Seek, SeekFrom, Write};
 use std::path::{Component, Path, PathBuf};
 
 /// An output that is being written. Unless it is committed, dropping it leaves no trace.
@@ -75,6 +75,15 @@ impl PendingFolders {
     }
 }
 
+/// Whether the folder of an output is made if it is not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Folders {
+    /// It is made.
+    Make,
+    /// It was there a moment ago: that it has vanished is an error, since files in it are gone.
+    Expect,
+}
+
 /// What went wrong, with the path, and what to do about it.
 fn explain(doing: &str, path: &Path, error: &io::Error) -> io::Error {
     let advice = match error.kind() {
@@ -82,6 +91,7 @@ fn explain(doing: &str, path: &Path, error: &io::Error) -> io::Error {
         ErrorKind::QuotaExceeded => "; your quota is used up: free some space",
         ErrorKind::PermissionDenied => "; choose a folder that you may write to",
         ErrorKind::ReadOnlyFilesystem => "; the file system is read-only: choose another folder",
+        ErrorKind::NotFound => "; its folder is gone",
         ErrorKind::NotADirectory => "; a part of the path is a file, not a folder",
         ErrorKind::InvalidFilename => "; shorten the name",
         ErrorKind::BrokenPipe => "; the reader has gone",
@@ -137,20 +147,25 @@ fn folder_of(place: &Path) -> &Path {
 const MARK: &str = ".reflet-";
 const TEMPORARY_ENDING: &str = ".tmp";
 
-/// `.NAME.reflet-PID-N.tmp`, with as much of NAME as a file name's usual 255 bytes leave room for.
-fn temporary_name(name: &OsStr, count: u32) -> OsString {
-    let mut temporary = OsString::from(".");
+/// As much of a name as a temporary one has room for.
+fn stem(name: &OsStr) -> &OsStr {
     match name.to_str() {
         Some(text) => {
             let mut end = text.len().min(200);
             while !text.is_char_boundary(end) {
                 end -= 1;
             }
-            temporary.push(&text[..end]);
+            OsStr::new(&text[..end])
         }
-        None if name.len() <= 200 => temporary.push(name),
-        None => temporary.push("file"),
+        None if name.len() <= 200 => name,
+        None => OsStr::new("file"),
     }
+}
+
+/// `.NAME.reflet-PID-N.tmp`, with as much of NAME as a file name's usual 255 bytes leave room for.
+fn temporary_name(name: &OsStr, count: u32) -> OsString {
+    let mut temporary = OsString::from(".");
+    temporary.push(stem(name));
     temporary.push(format!("{MARK}{}-{count}{TEMPORARY_ENDING}", std::process::id()));
     temporary
 }
@@ -176,6 +191,11 @@ impl SafeFile {
     /// and what exists and is not a regular file (a pipe, `/dev/full`, `/dev/stdout`) is written
     /// through.
     pub fn create(path: &Path) -> io::Result<Self> {
+        Self::create_in(path, Folders::Make)
+    }
+
+    /// As [`SafeFile::create`], but missing folders are made only if `folders` says so.
+    pub fn create_in(path: &Path, folders: Folders) -> io::Result<Self> {
         let fail = |error: io::Error| explain("write", path, &error);
         let existing = fs::metadata(path).ok();
         let mut place = None;
@@ -204,13 +224,36 @@ impl SafeFile {
             ));
         }
         let folder = folder_of(&place);
-        fs::create_dir_all(folder).map_err(|error| explain("make the folder", folder, &error))?;
+        if folders == Folders::Make {
+            let made = fs::create_dir_all(folder);
+            made.map_err(|error| explain("make the folder", folder, &error))?;
+        }
         let (file, temporary) = create_beside(&place).map_err(fail)?;
         if let Some(meta) = existing {
             // The new file keeps the mode of the one that it replaces, where that can be done.
             let _ = file.set_permissions(meta.permissions());
         }
         Ok(Self { name: path.to_owned(), sink: Sink::Beside { file, temporary, place } })
+    }
+
+    /// Where the bytes are until the file gets its name; `None` if they are written through.
+    pub fn temporary(&self) -> Option<&Path> {
+        match &self.sink {
+            Sink::Beside { temporary, .. } => temporary.path.as_deref(),
+            Sink::Through(_) | Sink::Stdout(_) => None,
+        }
+    }
+
+    /// Writes over bytes written before.
+    ///
+    /// # Errors
+    /// What is written through cannot be written over; what the system says.
+    pub fn overwrite(&mut self, offset: u64, bytes: &[u8]) -> io::Result<()> {
+        let Sink::Beside { file, .. } = &mut self.sink else {
+            return Err(io::Error::from(ErrorKind::NotSeekable));
+        };
+        let written = file.seek(SeekFrom::Start(offset)).and_then(|_| file.write_all(bytes));
+        written.map_err(|error| explain("write", &self.name, &error))
     }
 
     /// The standard output.
@@ -316,14 +359,32 @@ pub struct StrayFile {
     pub path: PathBuf,
     /// The process that made it; it may still be at work.
     pub process: u32,
+    /// The name that it was to have, or as much of it as a temporary name has room for.
+    pub name: String,
 }
 
-fn process_of(name: &OsStr) -> Option<u32> {
-    let name = name.to_str()?.strip_prefix('.')?;
-    let (_, mark) = name.strip_suffix(TEMPORARY_ENDING)?.rsplit_once(MARK)?;
+impl StrayFile {
+    /// Whether it was to become the file called `name`.
+    pub fn was_to_be(&self, name: &OsStr) -> bool {
+        stem(name).to_str() == Some(&self.name)
+    }
+
+    /// Whether the process that made it has ended. Where the system does not tell, it has.
+    pub fn is_orphan(&self) -> bool {
+        let program = |process: &str| fs::read(Path::new("/proc").join(process).join("comm")).ok();
+        // A number may be another program's by now; our own was another's before.
+        self.process == std::process::id()
+            || program(&self.process.to_string()).is_none_or(|name| Some(name) != program("self"))
+    }
+}
+
+/// The process and the final name that a temporary name tells of.
+fn told_by(temporary: &OsStr) -> Option<(u32, String)> {
+    let name = temporary.to_str()?.strip_prefix('.')?;
+    let (name, mark) = name.strip_suffix(TEMPORARY_ENDING)?.rsplit_once(MARK)?;
     let (process, count) = mark.split_once('-')?;
     count.parse::<u32>().ok()?;
-    process.parse().ok()
+    Some((process.parse().ok()?, name.to_owned()))
 }
 
 /// The temporary files of [`SafeFile`]s in `folder`, in the order of their names.
@@ -332,8 +393,8 @@ pub fn stray_files(folder: &Path) -> io::Result<Vec<StrayFile>> {
     let mut strays = Vec::new();
     for entry in fs::read_dir(folder).map_err(fail)? {
         let entry = entry.map_err(fail)?;
-        if let Some(process) = process_of(&entry.file_name()) {
-            strays.push(StrayFile { path: entry.path(), process });
+        if let Some((process, name)) = told_by(&entry.file_name()) {
+            strays.push(StrayFile { path: entry.path(), process, name });
         }
     }
     strays.sort_by(|a, b| a.path.cmp(&b.path));
@@ -348,11 +409,13 @@ mod tests {
     fn temporary_names_are_known_again_and_fit() {
         for name in ["a.png", "x.reflet-1-2.tmp", &"é".repeat(127)] {
             let temporary = temporary_name(OsStr::new(name), 7);
-            assert_eq!(process_of(&temporary), Some(std::process::id()));
+            let (process, stem) = told_by(&temporary).unwrap();
+            assert_eq!(process, std::process::id());
+            assert!(name.starts_with(&stem));
             assert!(temporary.len() <= 255, "{}", temporary.len());
         }
         for name in ["a.png", ".a.tmp", ".a.reflet-x-1.tmp", ".a.reflet-1-1.png"] {
-            assert_eq!(process_of(OsStr::new(name)), None, "{name}");
+            assert_eq!(told_by(OsStr::new(name)), None, "{name}");
         }
     }
 }

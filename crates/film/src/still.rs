@@ -42,7 +42,7 @@ impl Default for StillOptions<'_> {
 /// The bytes of a file, in parts that may be shared with [`KeptBands`].
 #[derive(Clone, Debug, Default)]
 pub struct Encoded {
-    parts: Vec<Arc<Vec<u8>>>,
+    pub(crate) parts: Vec<Arc<Vec<u8>>>,
     /// Bands that were encoded; 0 for formats without bands.
     pub bands_encoded: usize,
     /// Bands whose bytes were kept from the frame before.
@@ -151,9 +151,7 @@ pub fn encode_still(
         Format::Jpeg => jpeg(picture, options.jpeg_quality).map(Encoded::whole),
         Format::Ppm => Ok(Encoded::whole(netpbm::ppm(picture))),
         Format::Pfm => Ok(Encoded::whole(netpbm::pfm(picture))),
-        Format::Gif | Format::Apng | Format::Y4m => {
-            Err(invalid(format!("{format} is a film: its frames go through a FilmWriter")))
-        }
+        film => Err(invalid(format!("{film} is a film: its frames go through a FilmWriter"))),
     }
 }
 

@@ -1,7 +1,7 @@
 //! What `-o OUT` means: the format, and the name of each frame's file.
 
 use crate::format::{Format, UnknownFormat};
-use crate::safe::SafeFile;
+use crate::safe::{Folders, SafeFile};
 use std::ffi::OsStr;
 use std::fmt;
 use std::fs;
@@ -262,11 +262,43 @@ impl Target {
         }
     }
 
+    /// The frames whose files are there, ascending; none if the target is not numbered.
+    ///
+    /// # Errors
+    /// The folder cannot be listed.
+    pub fn frames_on_disk(&self) -> io::Result<Vec<u32>> {
+        let Place::Numbered { folder, before, after, digits } = &self.place else {
+            return Ok(Vec::new());
+        };
+        let place = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let fail = |error: io::Error| {
+            let message = format!("cannot list the folder {}: {error}", place.display());
+            io::Error::new(error.kind(), message)
+        };
+        let mut frames = Vec::new();
+        for entry in fs::read_dir(place).map_err(fail)? {
+            let name = entry.map_err(fail)?.file_name();
+            let number =
+                name.to_str().and_then(|n| n.strip_prefix(&**before)?.strip_suffix(&**after));
+            let frame = number.filter(|n| n.bytes().all(|b| b.is_ascii_digit()));
+            // `7` is not what `007` was written as.
+            let written = |frame: &u32| Some(format!("{frame:0digits$}").as_str()) == number;
+            frames.extend(frame.and_then(|n| n.parse::<u32>().ok()).filter(written));
+        }
+        frames.sort_unstable();
+        Ok(frames)
+    }
+
     /// Opens the file that holds frame `frame`.
     pub fn open(&self, frame: u32) -> io::Result<SafeFile> {
+        self.open_in(frame, Folders::Make)
+    }
+
+    /// As [`Target::open`], but missing folders are made only if `folders` says so.
+    pub fn open_in(&self, frame: u32, folders: Folders) -> io::Result<SafeFile> {
         match self.place {
             Place::Stdout => Ok(SafeFile::stdout()),
-            _ => SafeFile::create(&self.path_for(frame)),
+            _ => SafeFile::create_in(&self.path_for(frame), folders),
         }
     }
 }
@@ -324,19 +356,19 @@ mod tests {
                 "a",
                 None,
                 "the output a has no ending to tell its format by: add one, or --format with one \
-                 of png, png16, exr, exr16, qoi, jpg, jpeg, ppm, pfm, gif, apng, y4m",
+                 of png, png16, exr, exr16, qoi, jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv",
             ),
             (
                 "a.pgn",
                 None,
                 "the output a.pgn: unknown format \"pgn\", did you mean \"png\"? (known: png, \
-                 png16, exr, exr16, qoi, jpg, jpeg, ppm, pfm, gif, apng, y4m)",
+                 png16, exr, exr16, qoi, jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv)",
             ),
             (
                 "a.png",
                 Some("tiff"),
                 "the output a.png: unknown format \"tiff\" (known: png, png16, exr, exr16, qoi, \
-                 jpg, jpeg, ppm, pfm, gif, apng, y4m)",
+                 jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv)",
             ),
             (
                 "#-%d.png",

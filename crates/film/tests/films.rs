@@ -121,6 +121,41 @@ fn gif_of_many_colours_keeps_them_near() {
     }
 }
 
+/// One palette for all frames: a colour that is seen again has the same index and the same entry.
+#[test]
+fn gif_has_one_palette() {
+    let (file, _) = film(spec(Format::Gif, 24, 6), &wandering());
+    let mut decoder = gif::DecodeOptions::new().read_info(Cursor::new(&file)).unwrap();
+    assert!(decoder.global_palette().is_some());
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        assert!(frame.palette.is_none());
+    }
+}
+
+#[test]
+fn webp_frames_come_back() {
+    let frames = wandering();
+    let mut writer = FilmWriter::new(Vec::new(), spec(Format::Webp, 24, 6)).unwrap();
+    let pushed: Vec<_> = frames.iter().map(|frame| writer.push(frame).unwrap()).collect();
+    hold_stored(&pushed);
+    let patch = writer.patch().unwrap();
+    let mut file = writer.finish().unwrap();
+    let at = patch.offset as usize;
+    file[at..at + 4].copy_from_slice(&patch.bytes);
+    assert_eq!(u32::from_le_bytes(patch.bytes) as usize, file.len() - 8);
+    let mut decoder = image_webp::WebPDecoder::new(Cursor::new(&file)).unwrap();
+    assert_eq!(decoder.dimensions(), (WIDTH, HEIGHT));
+    assert_eq!((decoder.num_frames(), decoder.has_alpha()), (6, false));
+    let mut lasts = Vec::new();
+    for frame in &frames {
+        let mut pixels = vec![0; decoder.output_buffer_size().unwrap()];
+        lasts.push(decoder.read_frame(&mut pixels).unwrap());
+        assert!(pixels == rows::<u8>(frame));
+    }
+    // 1000/24 = 41.666...
+    assert_eq!(lasts, [42, 41, 42, 42, 41, 42]);
+}
+
 #[test]
 fn apng_frames_come_back() {
     let frames = wandering();

@@ -171,7 +171,13 @@ fn save_film(folder: &Path, name: &str, format: Format, frames: &[Picture]) -> S
         writer.push(frame).unwrap();
     }
     let path = folder.join(name);
-    std::fs::write(&path, writer.finish().unwrap()).unwrap();
+    let patch = writer.patch();
+    let mut file = writer.finish().unwrap();
+    if let Some(patch) = patch {
+        let at = patch.offset as usize;
+        file[at..at + 4].copy_from_slice(&patch.bytes);
+    }
+    std::fs::write(&path, file).unwrap();
     path.to_str().unwrap().to_owned()
 }
 
@@ -182,8 +188,9 @@ fn films_are_read_alike() {
     let want: Vec<u8> = frames.iter().flat_map(rows::<u8>).collect();
     let gif = save_film(folder.path(), "a.gif", Format::Gif, &frames);
     let apng = save_film(folder.path(), "a.png", Format::Apng, &frames);
+    let webp = save_film(folder.path(), "a.webp", Format::Webp, &frames);
     if has_pillow() {
-        for path in [&gif, &apng] {
+        for path in [&gif, &apng, &webp] {
             let found = run("python3", &["-c", PILLOW_FRAMES, path]).unwrap();
             assert_eq!(found.len(), want.len(), "Pillow: {path}");
             assert!(found == want, "Pillow: {path}");

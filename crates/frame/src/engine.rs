@@ -22,6 +22,8 @@ pub struct EngineOptions {
     pub threads: Option<NonZeroUsize>,
     /// Which instructions the kernels use.
     pub isa: Isa,
+    /// The pictures' left upper pixel, where they are a part of a larger one.
+    pub origin: [u32; 2],
     /// The tiles' edge in pixels.
     pub tile: u32,
     /// How primitives are kept.
@@ -37,6 +39,7 @@ impl Default for EngineOptions {
         Self {
             threads: None,
             isa: Isa::Auto,
+            origin: [0, 0],
             tile: 16,
             structure: Structure::Auto,
             reuse: Reuse::Keep,
@@ -181,7 +184,7 @@ impl Engine {
         let build_ns = nanoseconds(start);
         let Some(first) = pictures.first() else { return Ok(Work::default()) };
         let start = Instant::now();
-        let grid = grid_of(first.layout());
+        let grid = Grid { origin: self.options.origin, ..grid_of(first.layout()) };
         let plan = self.plan(columns, changes, grid);
         self.tiles(&plan, batch, grid, pictures, cancel);
         if cancel.load(Ordering::Relaxed) {
@@ -318,7 +321,7 @@ fn by_tile(pictures: &mut [Picture], tiles: usize) -> Vec<Vec<TileMut<'_>>> {
 
 /// The tiles of a picture as the first pass sees them.
 fn grid_of(layout: Layout) -> Grid {
-    Grid { size: [layout.width(), layout.height()], edge: layout.tile() }
+    Grid { size: [layout.width(), layout.height()], origin: [0, 0], edge: layout.tile() }
 }
 
 /// Nanoseconds since `start`.

@@ -4,6 +4,7 @@ use crate::changed::Changed;
 use reflet_script::ScriptError;
 use reflet_trace::RayTally;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
 /// Something that happened.
 #[derive(Debug)]
@@ -21,8 +22,39 @@ pub enum Event<'a> {
     },
     /// Something that the user may want to mend.
     Warning(&'a str),
+    /// A killed process left this file under a temporary name; it was removed.
+    Swept(&'a std::path::Path),
+    /// A frame's file stands and was kept.
+    Kept {
+        /// Which frame.
+        frame: u32,
+        /// Its file.
+        path: &'a std::path::Path,
+    },
+    /// A frame's file does not stand, and is made again.
+    Again {
+        /// Which frame.
+        frame: u32,
+        /// Its file.
+        path: &'a std::path::Path,
+        /// Why.
+        standing: &'a crate::resume::Standing,
+    },
     /// A frame is on disk.
     Frame(&'a FrameReport),
+}
+
+/// Who is told of events, from whatever thread: one event at a time.
+pub(crate) struct Events<'e>(Mutex<&'e mut (dyn FnMut(Event<'_>) + Send)>);
+
+impl<'e> Events<'e> {
+    pub fn to(told: &'e mut (dyn FnMut(Event<'_>) + Send)) -> Self {
+        Events(Mutex::new(told))
+    }
+
+    pub fn tell(&self, event: Event<'_>) {
+        (self.0.lock().unwrap_or_else(PoisonError::into_inner))(event);
+    }
 }
 
 /// What a frame took.
@@ -72,6 +104,8 @@ pub struct FrameReport {
     pub bands_encoded: u64,
     /// Bands of rows whose bytes were kept.
     pub bands_kept: u64,
+    /// Whether the file that it took the place of was the same already.
+    pub stood: bool,
 }
 
 impl FrameReport {
@@ -84,8 +118,12 @@ impl FrameReport {
 /// What a whole job took.
 #[derive(Clone, Debug, Default)]
 pub struct Summary {
-    /// Frames on disk.
+    /// Frames made.
     pub frames: u64,
+    /// Frames whose files were kept.
+    pub kept: u64,
+    /// Frames made although their files could have been kept.
+    pub remade: u64,
     /// Wall time from the first frame's begin to the last one's end, in nanoseconds.
     pub elapsed_ns: u64,
     /// Time that all threads together spent tracing and shading, in nanoseconds of wall time.
@@ -115,6 +153,7 @@ impl Summary {
     /// Adds a frame.
     pub(crate) fn count(&mut self, frame: &FrameReport) {
         self.frames += 1;
+        self.remade += u64::from(frame.stood);
         self.rays += frame.rays;
         self.bytes += frame.bytes;
         self.trace_ns += frame.trace_ns;
@@ -158,6 +197,8 @@ pub enum RenderError {
     },
     /// The job was told to stop.
     Cancelled,
+    /// What was asked for does not fit the scene.
+    Usage(String),
     /// The threads could not be started, or something else that is none of the above.
     Other(String),
 }
@@ -179,7 +220,7 @@ impl std::fmt::Display for RenderError {
                 available >> 20
             ),
             RenderError::Cancelled => f.write_str("stopped"),
-            RenderError::Other(message) => f.write_str(message),
+            RenderError::Usage(message) | RenderError::Other(message) => f.write_str(message),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! What is asked for.
 
+use crate::resume::Resume;
+use crate::tiles::TileChoice;
 use reflet_accel::Isa;
 use reflet_film::{Compression, Target};
 use std::num::NonZeroUsize;
@@ -21,6 +23,10 @@ pub struct Job {
     pub reuse: Reuse,
     /// Bytes that kept trees may take; a quarter of the free memory if `None`.
     pub cache_bytes: Option<u64>,
+    /// Whether frames that stand are kept.
+    pub resume: Resume,
+    /// The part of the picture that is rendered; all of it if `None`.
+    pub tile: Option<TileChoice>,
     /// How much time a smaller file is worth.
     pub compression: Compression,
     /// Where the frames go.

@@ -2,12 +2,14 @@
 
 use crate::engine::nanoseconds;
 use crate::event::{FrameReport, RenderError};
+use crate::provenance::Provenance;
+use crate::resume::{self, Standing};
 use rayon::ThreadPool;
 use reflet_film::{
-    Compression, Encoded, FilmSpec, FilmWriter, Fps, KeptBands, PendingFolders, Picture, SafeFile,
-    StillOptions, Target, encode_still,
+    Compression, FilmSink, FilmSpec, FilmWriter, Folders, Fps, KeptBands, PendingFolders, Picture,
+    SafeFile, Sealed, StillOptions, Target, encode_sealed, encode_still, manifest_path,
 };
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -19,6 +21,8 @@ pub struct Finished {
     pub picture: Arc<Picture>,
     /// What it took so far.
     pub report: FrameReport,
+    /// What its file says that it was made from.
+    pub provenance: Option<Provenance>,
 }
 
 /// What a film needs to know before its first frame.
@@ -41,27 +45,9 @@ pub struct Output<'a> {
 }
 
 enum Sink {
-    Stills { kept: KeptBands, folders: PendingFolders },
-    Film { writer: Box<FilmWriter<Counted>>, bytes: Arc<AtomicU64> },
+    Stills { kept: KeptBands, folders: PendingFolders, place: Folders },
+    Film { writer: Box<FilmWriter<FilmSink>>, bytes: Arc<AtomicU64> },
     Done,
-}
-
-/// A file that counts its bytes where the film's owner can see them.
-struct Counted {
-    file: BufWriter<SafeFile>,
-    bytes: Arc<AtomicU64>,
-}
-
-impl Write for Counted {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        let n = self.file.write(bytes)?;
-        self.bytes.fetch_add(n as u64, Ordering::Relaxed);
-        Ok(n)
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        self.file.flush()
-    }
 }
 
 impl<'a> Output<'a> {
@@ -74,9 +60,10 @@ impl<'a> Output<'a> {
     ) -> Result<Self, (PathBuf, std::io::Error)> {
         let sink = if target.format().is_film() {
             let fail = |e| (target.path_for(0), e);
-            let file = target.open(0).map_err(fail)?;
-            let bytes = Arc::new(AtomicU64::new(0));
-            let file = Counted { file: BufWriter::new(file), bytes: bytes.clone() };
+            // A film that ffmpeg was to finish may have been left by a killed process.
+            crate::resume::sweep(&target, &[0])?;
+            let file = FilmSink::open(&target).map_err(fail)?;
+            let bytes = file.counter();
             let spec = FilmSpec {
                 format: target.format(),
                 width: info.size[0],
@@ -87,7 +74,11 @@ impl<'a> Output<'a> {
             };
             Sink::Film { writer: Box::new(FilmWriter::new(file, spec).map_err(fail)?), bytes }
         } else {
-            Sink::Stills { kept: KeptBands::new(), folders: PendingFolders::new() }
+            Sink::Stills {
+                kept: KeptBands::new(),
+                folders: PendingFolders::new(),
+                place: Folders::Make,
+            }
         };
         Ok(Output { target, compression, pool, sink })
     }
@@ -98,19 +89,33 @@ impl<'a> Output<'a> {
         let index = frame.report.frame;
         let path = self.target.path_for(index);
         let result = match &mut self.sink {
-            Sink::Stills { kept, folders } => {
-                let options =
-                    StillOptions { compression: self.compression, ..StillOptions::default() };
+            Sink::Stills { kept, folders, place } => {
+                let provenance = frame.provenance.as_ref();
+                let text = provenance.map(Provenance::texts).unwrap_or_default();
+                let options = StillOptions {
+                    compression: self.compression,
+                    text: &text,
+                    ..StillOptions::default()
+                };
                 let format = self.target.format();
-                let encode = || encode_still(&frame.picture, format, &options, Some(kept));
-                let encoded = self.pool.install(encode);
+                let picture = &frame.picture;
+                let encode = || match provenance {
+                    Some(_) => encode_sealed(picture, format, &options, Some(kept)),
+                    None => encode_still(picture, format, &options, Some(kept))
+                        .map(|encoded| Sealed { encoded, manifest: None }),
+                };
+                let sealed = self.pool.install(encode);
                 let report = &mut frame.report;
-                encoded.and_then(|encoded| {
-                    report.bytes = encoded.len() as u64;
-                    report.bands_encoded = encoded.bands_encoded as u64;
-                    report.bands_kept = encoded.bands_kept as u64;
-                    still(&self.target, index, &encoded, folders)
-                })
+                report.stood = provenance
+                    .is_some_and(|wanted| resume::standing(&path, wanted) == Standing::Stands);
+                let written = sealed.and_then(|sealed| {
+                    report.bytes = sealed.encoded.len() as u64;
+                    report.bands_encoded = sealed.encoded.bands_encoded as u64;
+                    report.bands_kept = sealed.encoded.bands_kept as u64;
+                    still(&self.target, index, &sealed, (folders, *place))
+                });
+                *place = Folders::Expect;
+                written
             }
             Sink::Film { writer, bytes } => {
                 let before = bytes.load(Ordering::Relaxed);
@@ -125,15 +130,16 @@ impl<'a> Output<'a> {
         result.map_err(|error| RenderError::Output { frame: index, path, error })
     }
 
-    /// Ends the film, or syncs the folders; `last` is the last frame, for a message.
-    pub fn finish(&mut self, last: u32) -> Result<(), RenderError> {
+    /// Ends the film and gives its length in bytes, or syncs the folders; `last` is the last frame,
+    /// for a message.
+    pub fn finish(&mut self, last: u32) -> Result<Option<u64>, RenderError> {
         let result = match std::mem::replace(&mut self.sink, Sink::Done) {
-            Sink::Stills { mut folders, .. } => folders.sync(),
-            Sink::Film { writer, .. } => (*writer)
-                .finish()
-                .and_then(|counted| counted.file.into_inner().map_err(|e| e.into_error()))
-                .and_then(SafeFile::commit),
-            Sink::Done => Ok(()),
+            Sink::Stills { mut folders, .. } => folders.sync().map(|()| None),
+            Sink::Film { writer, .. } => {
+                let patch = writer.patch();
+                (*writer).finish().and_then(|sink| sink.commit(patch)).map(Some)
+            }
+            Sink::Done => Ok(None),
         };
         let path = self.target.path_for(last);
         result.map_err(|error| RenderError::Output { frame: last, path, error })
@@ -143,10 +149,18 @@ impl<'a> Output<'a> {
 fn still(
     target: &Target,
     frame: u32,
-    encoded: &Encoded,
-    folders: &mut PendingFolders,
+    sealed: &Sealed,
+    (folders, place): (&mut PendingFolders, Folders),
 ) -> std::io::Result<()> {
-    let mut file = target.open(frame)?;
-    encoded.write_to(&mut file)?;
-    file.commit_in(folders)
+    let mut file = target.open_in(frame, place)?;
+    sealed.encoded.write_to(&mut file)?;
+    file.commit_in(folders)?;
+    // A kill in between leaves a manifest that does not fit: the frame is then made again.
+    if let Some(manifest) = &sealed.manifest {
+        let path = manifest_path(&target.path_for(frame));
+        let mut file = SafeFile::create_in(&path, Folders::Expect)?;
+        file.write_all(manifest.as_bytes())?;
+        file.commit_in(folders)?;
+    }
+    Ok(())
 }

@@ -2,18 +2,22 @@
 
 use crate::changed::Changed;
 use crate::engine::{Batch, Engine, EngineOptions, Work, nanoseconds};
-use crate::event::{Event, FrameReport, RenderError, Summary};
+use crate::event::{Event, Events, FrameReport, RenderError, Summary};
 use crate::job::{Draft, Job, Reuse};
 use crate::memory;
 use crate::output::{FilmInfo, Finished, Output};
 use crate::pictures::Pictures;
-use reflet_film::{Fps, Layout, Picture, SampleKind, Transfer, TransferTable};
-use reflet_pack::{Changes, Overrides, Packer, TransferCurve};
+use crate::provenance::{FileSettings, Provenance};
+use crate::resume::{self, Resume, Standing};
+use crate::tiles::Tile;
+use crate::writer::Writer;
+use reflet_film::{Fps, Layout, SampleKind, Transfer, TransferTable};
+use reflet_pack::{Changes, Overrides, Packer, SceneHasher, TransferCurve};
 use reflet_script::{ScriptError, Stage};
 use reflet_trace::BatchColours;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::channel;
 use std::thread;
 use std::time::Instant;
 
@@ -25,10 +29,11 @@ pub fn render(
     stage: &mut Stage,
     job: &Job,
     cancel: &AtomicBool,
-    events: &mut dyn FnMut(Event<'_>),
+    events: &mut (dyn FnMut(Event<'_>) + Send),
 ) -> Result<Summary, RenderError> {
+    let events = &Events::to(events);
     for warning in stage.warnings() {
-        events(Event::Warning(&warning.to_string()));
+        events.tell(Event::Warning(&warning.to_string()));
     }
 
     let animation = stage.with_scene(|scene| scene.animation());
@@ -37,10 +42,18 @@ pub fn render(
         job.cache_bytes.or_else(|| memory::available().map(|a| a / 4)).unwrap_or(1 << 30);
     // Nothing builds on the last frame.
     let reuse = if frames.len() > 1 { job.reuse } else { Reuse::Never };
-    let options = EngineOptions { threads: job.threads, isa: job.isa, reuse, ..Default::default() };
-    let mut engine = Engine::new(options).map_err(RenderError::Other)?;
     let packer = pack(stage, job)?;
-    let size = packer.columns().view.size;
+    let tile = tile(&packer, job)?;
+    let size = tile.map_or(packer.columns().view.size, |tile| tile.size);
+    let origin = tile.map_or([0, 0], |tile| tile.origin);
+    let options = EngineOptions {
+        threads: job.threads,
+        isa: job.isa,
+        reuse,
+        origin,
+        ..EngineOptions::default()
+    };
+    let mut engine = Engine::new(options).map_err(RenderError::Other)?;
     let kind = job.target.format().sample_kind();
     let edge = engine.grid(packer.columns()).edge;
     let layout =
@@ -53,11 +66,17 @@ pub fn render(
 
     let begin = Instant::now();
     let (isa, threads) = (engine.isa(), engine.threads());
-    events(Event::Started { frames: frames.len(), size, isa, threads });
+    events.tell(Event::Started { frames: frames.len(), size, isa, threads });
     let pool = engine.pool();
     let first = frames.first().copied().unwrap_or(0);
-    let mut output = Output::open(job.target.clone(), job.compression, info, &pool)
-        .map_err(|(path, error)| RenderError::Output { frame: first, path, error })?;
+    let at_first = |(path, error)| RenderError::Output { frame: first, path, error };
+    if job.resume == Resume::Keep {
+        for stray in resume::sweep(&job.target, &frames).map_err(at_first)? {
+            events.tell(Event::Swept(&stray));
+        }
+    }
+    let mut output =
+        Output::open(job.target.clone(), job.compression, info, &pool).map_err(at_first)?;
 
     let result = thread::scope(|scope| {
         let (finished, to_write) = channel::<Finished>();
@@ -66,6 +85,10 @@ pub fn render(
         scope.spawn(move || {
             for mut frame in to_write {
                 let result = output.write(&mut frame).map(|()| frame);
+                // Told at once, even if the script is busy with a frame that comes later.
+                if let Ok(frame) = &result {
+                    events.tell(Event::Frame(&frame.report));
+                }
                 let failed = result.is_err();
                 if report.send(result).is_err() || failed {
                     return;
@@ -74,13 +97,16 @@ pub fn render(
         });
         let summary = Summary { isa, threads, ..Summary::default() };
         let writer = Writer { finished, written, under_way: 0, summary, events };
-        let run = Run { engine, packer, pictures, table: None, kind, writer, cancel };
+        let hasher = SceneHasher::default();
+        let run =
+            Run { job, engine, packer, hasher, tile, pictures, table: None, kind, writer, cancel };
         run.frames(stage, &frames)
     });
     // Files of frames that were written stand, whatever ended the job.
     match result {
         Ok(mut summary) => {
-            output.finish(frames.last().copied().unwrap_or(0))?;
+            let film = output.finish(frames.last().copied().unwrap_or(0))?;
+            summary.bytes = film.unwrap_or(summary.bytes);
             summary.elapsed_ns = nanoseconds(begin);
             Ok(summary)
         }
@@ -95,8 +121,11 @@ pub fn render(
 
 /// A job under way: all that outlives a frame.
 struct Run<'a, 'e> {
+    job: &'a Job,
     engine: Engine,
     packer: Packer,
+    hasher: SceneHasher,
+    tile: Option<Tile>,
     pictures: Pictures,
     table: Option<TransferTable>,
     kind: SampleKind,
@@ -104,11 +133,27 @@ struct Run<'a, 'e> {
     cancel: &'a AtomicBool,
 }
 
+/// A frame that was packed and waits to be shaded.
+struct Waiting {
+    report: FrameReport,
+    provenance: Option<Provenance>,
+    fate: Fate,
+}
+
+/// What becomes of a frame once it is shaded.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Fate {
+    Written,
+    /// Its file stands. It is shaded only because frames that waited share their columns with it.
+    Dropped,
+}
+
 /// Frames that were packed and wait to be shaded together: their ray trees are the same.
 #[derive(Default)]
 struct Pending {
-    frames: Vec<FrameReport>,
-    /// What differs between the last frame shaded and the first of these; `None` at the very first.
+    frames: Vec<Waiting>,
+    /// What differs between the last frame shaded and the first of these; `None` at the very first,
+    /// and after frames that were kept.
     changes: Option<Changes>,
     colours: BatchColours,
 }
@@ -133,7 +178,9 @@ impl Run<'_, '_> {
         let mut pending = Pending::default();
         // The first picture is soon there; a script that fails at a frame has lost little.
         let mut batch = 1;
-        for (i, frame) in frames.iter().copied().enumerate() {
+        // Whether the frame packed before was shaded, or waits to be.
+        let mut follows = false;
+        for frame in frames.iter().copied() {
             self.writer.reclaim(&mut self.pictures)?;
             if self.cancel.load(Ordering::Relaxed) {
                 return Err(RenderError::Cancelled);
@@ -147,27 +194,68 @@ impl Run<'_, '_> {
             }
             let script_ns = lap();
             let joins = stage.with_scene(|scene| self.packer.only_recolours(scene));
-            if !pending.frames.is_empty() && (!joins || pending.holds(batch)) {
+            if !pending.frames.is_empty() && !joins {
                 self.shade(&mut pending)?;
-                batch = (2 * batch).min(self.pictures.longest_batch());
                 lap();
             }
             // pack, diff
             let changes = stage.with_scene(|scene| self.packer.update(scene));
+            let provenance = self.provenance(frame, &changes);
+            let fate = match self.stands(frame, provenance.as_ref()) {
+                true => Fate::Dropped,
+                false => Fate::Written,
+            };
+            if fate == Fate::Dropped && pending.frames.is_empty() {
+                follows = false;
+                continue;
+            }
             pending.colours.push(self.packer.columns(), &changes);
             let pack_ns = lap();
-            let changed = if i > 0 {
-                Changed::of(&changes, self.packer.columns(), stage)
-            } else {
-                Changed::default()
+            let changed = match follows {
+                true => Changed::of(&changes, self.packer.columns(), stage),
+                false => Changed::default(),
             };
             let report = FrameReport { frame, changed, script_ns, pack_ns, ..Default::default() };
-            pending.frames.push(report);
+            pending.frames.push(Waiting { report, provenance, fate });
             if pending.frames.len() == 1 {
-                pending.changes = (i > 0).then_some(changes);
+                pending.changes = follows.then_some(changes);
+            }
+            follows = true;
+            if fate == Fate::Dropped || pending.holds(batch) {
+                self.shade(&mut pending)?;
+                batch = (2 * batch).min(self.pictures.longest_batch());
             }
         }
-        self.shade(&mut pending)
+        match pending.frames.is_empty() {
+            true => Ok(()),
+            false => self.shade(&mut pending),
+        }
+    }
+
+    /// What the file of a frame is made from; `changes` are those of the last packing. Films and
+    /// the standard output say nothing of the kind.
+    fn provenance(&mut self, frame: u32, changes: &Changes) -> Option<Provenance> {
+        let target = &self.job.target;
+        if target.format().is_film() || target.is_stdout() {
+            return None;
+        }
+        let scene = self.hasher.hash(self.packer.columns(), changes);
+        Some(Provenance::new(scene, settings(&self.packer, self.job, frame), self.tile.as_ref()))
+    }
+
+    /// Whether the job keeps the file of a frame.
+    fn stands(&mut self, frame: u32, wanted: Option<&Provenance>) -> bool {
+        let (Resume::Keep, Some(wanted)) = (self.job.resume, wanted) else { return false };
+        let path = self.job.target.path_for(frame);
+        let standing = resume::standing(&path, wanted);
+        let stands = standing == Standing::Stands;
+        if stands {
+            self.writer.summary.kept += 1;
+            self.writer.events.tell(Event::Kept { frame, path: &path });
+        } else {
+            self.writer.events.tell(Event::Again { frame, path: &path, standing: &standing });
+        }
+        stands
     }
 
     /// Accelerate, trace, shade; then film and file on another thread.
@@ -190,10 +278,16 @@ impl Run<'_, '_> {
         let work = self.engine.render(batch, &mut pictures, self.cancel);
         let work = work.map_err(|_| RenderError::Cancelled)?;
         let shaded = frames.into_iter().zip(pictures);
-        for (i, (report, picture)) in shaded.enumerate() {
+        for (i, (waiting, picture)) in shaded.enumerate() {
+            let Waiting { report, provenance, fate } = waiting;
             let picture = Arc::new(picture);
             self.pictures.set_last(&picture);
-            self.writer.write(Finished { picture, report: told(report, &work, i) });
+            if fate == Fate::Dropped {
+                self.pictures.give_back(picture);
+                continue;
+            }
+            let report = told(report, &work, i);
+            self.writer.write(Finished { picture, report, provenance });
         }
         Ok(())
     }
@@ -227,69 +321,27 @@ fn told(report: FrameReport, work: &Work, i: usize) -> FrameReport {
     }
 }
 
-/// The way to the thread that writes, and back.
-struct Writer<'e> {
-    finished: Sender<Finished>,
-    written: Receiver<Result<Finished, RenderError>>,
-    under_way: usize,
-    summary: Summary,
-    events: &'e mut dyn FnMut(Event<'_>),
+/// What decides the bytes of a frame's file beside its scene.
+pub(crate) fn settings(packer: &Packer, job: &Job, frame: u32) -> FileSettings {
+    let columns = packer.columns();
+    FileSettings {
+        frame,
+        size: columns.view.size,
+        samples: columns.samples,
+        format: job.target.format(),
+        compression: job.compression,
+    }
 }
 
-impl Writer<'_> {
-    fn write(&mut self, frame: Finished) {
-        // If the writer has failed, its error is on the way back.
-        if self.finished.send(frame).is_ok() {
-            self.under_way += 1;
-        }
-    }
-
-    /// A picture to shade into; waits for one if all are under way.
-    fn take(&mut self, pictures: &mut Pictures) -> Result<Picture, RenderError> {
-        loop {
-            if let Some(picture) = pictures.take() {
-                return Ok(picture);
-            }
-            if self.under_way == 0 {
-                pictures.forget_last();
-                continue;
-            }
-            match self.written.recv() {
-                Ok(frame) => pictures.give_back(self.count(frame?)),
-                Err(_) => return Err(RenderError::Other("the writer has stopped".to_owned())),
-            }
-        }
-    }
-
-    /// Takes back what has been written by now.
-    fn reclaim(&mut self, pictures: &mut Pictures) -> Result<(), RenderError> {
-        while let Ok(frame) = self.written.try_recv() {
-            pictures.give_back(self.count(frame?));
-        }
-        Ok(())
-    }
-
-    /// Waits until all is written.
-    fn finish(mut self) -> Result<Summary, RenderError> {
-        let (closed, _) = channel();
-        drop(std::mem::replace(&mut self.finished, closed));
-        while let Ok(frame) = self.written.recv() {
-            self.count(frame?);
-        }
-        Ok(self.summary)
-    }
-
-    fn count(&mut self, frame: Finished) -> Arc<Picture> {
-        let r = &frame.report;
-        self.under_way -= 1;
-        self.summary.count(r);
-        (self.events)(Event::Frame(r));
-        frame.picture
-    }
+/// The part of the picture that is asked for.
+pub(crate) fn tile(packer: &Packer, job: &Job) -> Result<Option<Tile>, RenderError> {
+    let columns = packer.columns();
+    let tile = job.tile.map(|choice| choice.of(columns.view.size, columns.model.transfer));
+    tile.transpose().map_err(RenderError::Usage)
 }
 
 /// Packs the scene as the script left it.
-fn pack(stage: &Stage, job: &Job) -> Result<Packer, RenderError> {
+pub(crate) fn pack(stage: &Stage, job: &Job) -> Result<Packer, RenderError> {
     let packed = stage.with_scene(|scene| {
         let image = scene.image();
         let mut size = job.size.unwrap_or([image.width, image.height]);
@@ -303,7 +355,7 @@ fn pack(stage: &Stage, job: &Job) -> Result<Packer, RenderError> {
     packed.map_err(|e| RenderError::Other(e.to_string()))
 }
 
-fn script_error(frame: Option<u32>, error: ScriptError) -> RenderError {
+pub(crate) fn script_error(frame: Option<u32>, error: ScriptError) -> RenderError {
     RenderError::Script { frame, error: Box::new(error) }
 }
 

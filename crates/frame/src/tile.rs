@@ -24,6 +24,21 @@ pub(crate) struct Room<'a> {
     pub budget: u64,
 }
 
+impl Room<'_> {
+    /// Counts a tile that took `before` bytes. Trees that grew beyond the room, by levels or points,
+    /// are let go: they have been shaded.
+    fn count(&self, before: u64, kept: &mut KeptTile) {
+        let Some(used) = self.used else { return };
+        // Wraps where it shrinks: the sum is right.
+        let grown = kept.bytes().wrapping_sub(before);
+        let now = used.fetch_add(grown, Ordering::Relaxed).wrapping_add(grown);
+        if now > self.budget && !kept.samples.is_empty() {
+            used.fetch_sub(kept.bytes(), Ordering::Relaxed);
+            kept.samples = Vec::new();
+        }
+    }
+}
+
 /// What a tile is made of.
 pub(crate) struct Tiler<'a> {
     pub plan: &'a Plan,
@@ -63,10 +78,7 @@ impl Worker {
         self.shaded_tiles.resize(frames.len(), 0);
         let before = kept.bytes();
         let first = self.trees_of(tiler, rect, kept);
-        if let Some(used) = tiler.room.used {
-            // Wraps where it shrinks: the sum is right.
-            used.fetch_add(kept.bytes().wrapping_sub(before), Ordering::Relaxed);
-        }
+        tiler.room.count(before, kept);
         let same = tiler.last.filter(|_| first == Pixels::Same);
         for frame in 0..frames.len() {
             let (done, rest) = frames.split_at_mut(frame);

@@ -8,7 +8,7 @@ use reflet_accel::{Isa, Structure};
 use reflet_film::{Layout, Picture, SampleKind, Transfer, TransferTable};
 use reflet_frame::engine::Work;
 use reflet_frame::{Batch, Engine, EngineOptions, Reuse};
-use reflet_pack::{Changes, Columns, Overrides, Packer, Volume};
+use reflet_pack::{Changes, Columns, Overrides, Packer, SceneHasher, Volume};
 use reflet_scene::{
     Attenuation, Camera, Checker, Image, Key, Material, Plane, PointLight, Quad, Scene, Settings,
     Sphere, Spotlight, Surface, Triangle,
@@ -241,6 +241,7 @@ fn engine(dice: &mut Dice, reuse: Reuse) -> Engine {
         structure: [Structure::Auto, Structure::List, Structure::Tree][dice.below(3)],
         reuse,
         cache_bytes: [0, 20_000, u64::MAX, u64::MAX][dice.below(4)],
+        ..EngineOptions::default()
     })
     .expect("an engine")
 }
@@ -327,6 +328,7 @@ fn play(seed: u64, frames: &[Vec<Edit>], tamper: Tamper) -> Result<(), String> {
     let mut warm = engine(&mut dice, Reuse::Keep);
     let longest = [1, 2, 16][dice.below(3)];
     let mut before = stage.packer.columns().clone();
+    let mut hasher = SceneHasher::default();
     let (mut pending, mut last) = (Pending::default(), None);
     for (frame, edits) in std::iter::once(&Vec::new()).chain(frames).enumerate() {
         stage.scene.rewind();
@@ -338,6 +340,8 @@ fn play(seed: u64, frames: &[Vec<Edit>], tamper: Tamper) -> Result<(), String> {
         let mut changes = stage.packer.update(&stage.scene);
         let columns = stage.packer.columns().clone();
         assert_eq!(changes, Changes::between(&before, &columns), "{which}");
+        let name = hasher.hash(&columns, &changes);
+        assert_eq!(name, SceneHasher::of(&columns), "{which}");
         tamper(&mut changes);
         if !joins || pending.colours.len() >= longest {
             last = std::mem::take(&mut pending).hold(&mut warm, &before, last)?;
@@ -462,5 +466,27 @@ fn each_comparison_is_needed() {
             play(seed, &frames, tamper).is_err()
         });
         assert!(caught, "no frame differs without the comparison of {what}");
+    }
+}
+
+/// Kept trees stay within their memory, also when they grow by points or levels.
+#[test]
+fn trees_stay_within_their_memory() {
+    for seed in 0..8 {
+        let mut dice = Dice(seed);
+        let mut stage = stage(&mut dice);
+        let measured = Engine::new(EngineOptions::default());
+        let (_, all) = still(&mut measured.expect("an engine"), stage.packer.columns(), None);
+        let cache_bytes = all.kept_bytes + all.kept_bytes / 16;
+        let options = EngineOptions { cache_bytes, tile: 8, ..EngineOptions::default() };
+        let mut engine = Engine::new(options).expect("an engine");
+        still(&mut engine, stage.packer.columns(), None);
+        for kind in [5, 0, 11, 5, 6, 3] {
+            stage.scene.rewind();
+            edit(kind, &mut stage, &mut dice);
+            let changes = stage.packer.update(&stage.scene);
+            let (_, work) = still(&mut engine, stage.packer.columns(), Some(&changes));
+            assert!(work.kept_bytes <= cache_bytes, "{} of {cache_bytes}", work.kept_bytes);
+        }
     }
 }

@@ -13,17 +13,21 @@
 //! | [`lights`] | where light comes from |
 //! | [`view`] | eye, picture, settings |
 //! | [`columns`] | all of them |
+//! | `rows` | rows of surfaces and primitives, and how a shape fills them |
 //! | [`packer`] | the world into columns, whole or only the rows that a frame touched |
 //! | [`changes`] | what differs between two frames, by bits |
+//! | [`hash`] | a name for all that decides a picture |
 
 pub mod bounds;
 pub mod changes;
 pub mod columns;
 pub mod geometry;
+pub mod hash;
 pub mod ids;
 pub mod lights;
 pub mod materials;
 pub mod packer;
+mod rows;
 pub mod surfaces;
 pub mod view;
 
@@ -31,6 +35,7 @@ pub use bounds::{Aabb, Volume};
 pub use changes::{Changes, LightChange, MaterialChange, SurfaceChange};
 pub use columns::Columns;
 pub use geometry::{Geometry, ShapeKind};
+pub use hash::{SceneHash, SceneHasher};
 pub use ids::{LightId, MaterialId, PrimId, SurfaceId};
 pub use packer::{NoCamera, Overrides, Packer};
 pub use reflet_scene::{Attenuation, Key, TransferCurve};

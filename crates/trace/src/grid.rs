@@ -5,6 +5,8 @@
 pub struct Grid {
     /// Width and height in pixels.
     pub size: [u32; 2],
+    /// The left upper pixel: not (0, 0) where this is a part of a larger picture.
+    pub origin: [u32; 2],
     /// The tiles' edge in pixels, a power of two up to [`Grid::MAX_EDGE`].
     pub edge: u32,
 }
@@ -33,7 +35,7 @@ impl Grid {
         while edge > 1 && u64::from(edge * edge) * (u64::from(max_bounces) + 1) > 65_535 {
             edge /= 2;
         }
-        Grid { size, edge }
+        Grid { size, origin: [0, 0], edge }
     }
 
     /// How many tiles a row has.
@@ -61,13 +63,13 @@ impl Grid {
         (self.edge * self.edge) as usize
     }
 
-    /// The pixels of tile `index`.
+    /// The pixels of tile `index`, counted from the whole picture's left upper one.
     pub fn rect(&self, index: usize) -> TileRect {
         let x = (index % self.columns()) as u32 * self.edge;
         let y = (index / self.columns()) as u32 * self.edge;
         TileRect {
-            x,
-            y,
+            x: self.origin[0] + x,
+            y: self.origin[1] + y,
             width: self.edge.min(self.size[0] - x),
             height: self.edge.min(self.size[1] - y),
         }

@@ -1,13 +1,26 @@
-//! Animated GIF: each frame has its own palette of at most 256 colours, made of the pixels that
-//! changed; the others within its rectangle are transparent and so keep their colour.
+//! Animated GIF with one palette of at most 256 colours for the whole film, so that a colour looks
+//! the same in every frame; of each frame, the rectangle with the pixels that changed, the others
+//! within it transparent.
+//!
+//! The palette stands at the file's head and is known only when all frames are: until then what
+//! changed waits, compressed, in memory or beyond some size in a nameless temporary file.
 
-use super::quantise::Palette;
+use super::quantise::{Colours, Palette};
 use super::{FilmSpec, Shot};
+use crate::picture::TileRect;
 use std::borrow::Cow;
-use std::io::{self, Write};
+use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
+use tempfile::{SpooledTempFile, spooled_tempfile};
+
+/// Bytes that wait in memory.
+const SPOOLED: usize = 32 << 20;
 
 pub(super) struct GifFilm<W: Write> {
-    encoder: gif::Encoder<W>,
+    sink: W,
+    colours: Colours,
+    /// The stored rectangles, and how long each stays.
+    frames: Vec<(TileRect, u16)>,
+    spool: BufWriter<SpooledTempFile>,
 }
 
 impl<W: Write> std::fmt::Debug for GifFilm<W> {
@@ -23,65 +36,84 @@ fn failed(error: gif::EncodingError) -> io::Error {
     }
 }
 
+/// A pixel that waits: whether it changed, and its colour.
+const CHANGED: u8 = 1;
+
 impl<W: Write> GifFilm<W> {
-    pub(super) fn new(sink: W, spec: &FilmSpec) -> io::Result<Self> {
-        let (width, height) = (spec.width as u16, spec.height as u16);
-        let mut encoder = gif::Encoder::new(sink, width, height, &[]).map_err(failed)?;
-        if spec.frames > 1 {
-            encoder.set_repeat(gif::Repeat::Infinite).map_err(failed)?;
-        }
-        Ok(Self { encoder })
+    pub(super) fn new(sink: W) -> Self {
+        let spool = BufWriter::new(spooled_tempfile(SPOOLED));
+        Self { sink, colours: Colours::default(), frames: Vec::new(), spool }
     }
 
     pub(super) fn push(&mut self, shot: &Shot<'_>, spec: &FilmSpec) -> io::Result<()> {
         let stored = shot.stored;
-        let count = stored.width as usize * stored.height as usize;
-        let mut pixels: Vec<Option<[u8; 3]>> = Vec::with_capacity(count);
+        let mut pixels = Vec::with_capacity((stored.width * stored.height) as usize * 4);
         for y in 0..stored.height {
-            let row = shot.row(shot.frame, y).chunks_exact(3);
-            let colours = row.map(|pixel| [pixel[0], pixel[1], pixel[2]]);
-            match shot.before {
-                None => pixels.extend(colours.map(Some)),
-                Some(before) => {
-                    let before = shot.row(before, y).chunks_exact(3);
-                    let changed = colours
-                        .zip(before)
-                        .map(|(colour, before)| (colour != *before).then_some(colour));
-                    pixels.extend(changed);
+            let row = shot.row(shot.frame, y);
+            let before = shot.before.map(|before| shot.row(before, y));
+            for (at, pixel) in row.as_chunks::<3>().0.iter().enumerate() {
+                if before.is_some_and(|before| before[3 * at..3 * at + 3] == *pixel) {
+                    pixels.extend_from_slice(&[0; 4]);
+                } else {
+                    self.colours.add(*pixel);
+                    pixels.extend_from_slice(&[CHANGED, pixel[0], pixel[1], pixel[2]]);
                 }
             }
         }
+        self.frames.push((stored, spec.fps.delay_of(shot.index, 100)));
+        let packed = miniz_oxide::deflate::compress_to_vec(&pixels, 1);
+        self.spool.write_all(&(packed.len() as u64).to_le_bytes())?;
+        self.spool.write_all(&packed)
+    }
+
+    pub(super) fn finish(self, spec: &FilmSpec) -> io::Result<W> {
+        let mut spool = self.spool.into_inner().map_err(|error| error.into_error())?;
+        spool.rewind()?;
+        let mut spool = BufReader::new(spool);
         // One index is kept for "unchanged".
-        let spare = usize::from(shot.before.is_some());
-        let palette = Palette::of(pixels.iter().flatten().copied(), 256 - spare);
-        let transparent = shot.before.map(|_| palette.colours().len() as u8);
-        let mut colours: Vec<u8> = palette.colours().concat();
+        let spare = usize::from(self.frames.len() > 1);
+        let palette = self.colours.palette(256 - spare);
+        let transparent = (spare > 0).then_some(palette.colours().len() as u8);
+        let mut colours = palette.colours().concat();
         if transparent.is_some() {
             colours.extend_from_slice(&[0; 3]);
         }
-        let buffer = pixels
-            .into_iter()
-            .map(|pixel| match (pixel, transparent) {
-                (Some(colour), _) => palette.index(colour),
-                (None, index) => index.unwrap_or(0),
-            })
-            .collect();
-        let frame = gif::Frame {
-            delay: spec.fps.delay_of(shot.index, 100),
-            dispose: gif::DisposalMethod::Keep,
-            transparent,
-            top: stored.y as u16,
-            left: stored.x as u16,
-            width: stored.width as u16,
-            height: stored.height as u16,
-            palette: Some(colours),
-            buffer: Cow::Owned(buffer),
-            ..gif::Frame::default()
-        };
-        self.encoder.write_frame(&frame).map_err(failed)
+        let (width, height) = (spec.width as u16, spec.height as u16);
+        let mut encoder = gif::Encoder::new(self.sink, width, height, &colours).map_err(failed)?;
+        if spec.frames > 1 {
+            encoder.set_repeat(gif::Repeat::Infinite).map_err(failed)?;
+        }
+        for (index, (stored, delay)) in self.frames.iter().enumerate() {
+            let mut length = [0; 8];
+            spool.read_exact(&mut length)?;
+            let mut packed = vec![0; u64::from_le_bytes(length) as usize];
+            spool.read_exact(&mut packed)?;
+            let pixels = miniz_oxide::inflate::decompress_to_vec(&packed)
+                .map_err(|error| io::Error::other(format!("GIF: {error}")))?;
+            let buffer = indices(&pixels, &palette, transparent.unwrap_or(0));
+            let frame = gif::Frame {
+                delay: *delay,
+                dispose: gif::DisposalMethod::Keep,
+                transparent: transparent.filter(|_| index > 0),
+                top: stored.y as u16,
+                left: stored.x as u16,
+                width: stored.width as u16,
+                height: stored.height as u16,
+                buffer: Cow::Owned(buffer),
+                ..gif::Frame::default()
+            };
+            encoder.write_frame(&frame).map_err(failed)?;
+        }
+        encoder.into_inner().map_err(failed)
     }
+}
 
-    pub(super) fn finish(self) -> io::Result<W> {
-        self.encoder.into_inner().map_err(failed)
-    }
+fn indices(pixels: &[u8], palette: &Palette, unchanged: u8) -> Vec<u8> {
+    let pixels = pixels.as_chunks::<4>().0.iter();
+    pixels
+        .map(|pixel| match *pixel {
+            [CHANGED, r, g, b] => palette.index([r, g, b]),
+            _ => unchanged,
+        })
+        .collect()
 }

@@ -1,7 +1,7 @@
-//! Frames to one file: animated GIF, animated PNG, YUV4MPEG2.
+//! Frames to one file: animated GIF, animated PNG, animated WebP, YUV4MPEG2.
 //!
-//! Frames stream: a film of any length takes the memory of two frames. GIF and APNG store of each
-//! frame the rectangle that holds all pixels that changed, so rows that did not change are not
+//! Frames stream: a film of any length takes the memory of two frames. GIF, APNG and WebP store of
+//! each frame the rectangle that holds all pixels that changed, so rows that did not change are not
 //! stored twice. A frame equal to the one before is a patch of one pixel, so that the file has as
 //! many frames as the animation.
 
@@ -9,9 +9,12 @@ mod apng;
 mod fps;
 mod gif;
 mod quantise;
+mod sink;
+mod webp;
 mod y4m;
 
 pub use fps::{Fps, FpsError};
+pub use sink::FilmSink;
 
 use crate::format::Format;
 use crate::picture::{Picture, TileRect};
@@ -21,7 +24,7 @@ use std::io::{self, ErrorKind, Write};
 /// What a film is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilmSpec {
-    /// GIF, APNG or Y4M.
+    /// GIF, APNG, WebP, Y4M, or what ffmpeg makes of Y4M.
     pub format: Format,
     /// Pixels across, 1..=65535.
     pub width: u32,
@@ -58,7 +61,17 @@ pub struct FilmWriter<W: Write> {
 enum Codec<W: Write> {
     Gif(Box<gif::GifFilm<W>>),
     Apng(apng::ApngFilm<W>),
+    Webp(webp::WebpFilm<W>),
     Y4m(y4m::Y4mFilm<W>),
+}
+
+/// Bytes that go over some written before, once the film has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Patch {
+    /// Where.
+    pub offset: u64,
+    /// What.
+    pub bytes: [u8; 4],
 }
 
 fn invalid(message: String) -> io::Error {
@@ -83,9 +96,10 @@ impl<W: Write> FilmWriter<W> {
             return Err(invalid("a film of no frames".to_owned()));
         }
         let codec = match spec.format {
-            Format::Gif => Codec::Gif(Box::new(gif::GifFilm::new(sink, &spec)?)),
+            Format::Gif => Codec::Gif(Box::new(gif::GifFilm::new(sink))),
             Format::Apng => Codec::Apng(apng::ApngFilm::new(sink, &spec)?),
-            Format::Y4m => Codec::Y4m(y4m::Y4mFilm::new(sink, &spec)?),
+            Format::Webp => Codec::Webp(webp::WebpFilm::new(sink, &spec)?),
+            Format::Y4m | Format::Mp4 | Format::Mkv => Codec::Y4m(y4m::Y4mFilm::new(sink, &spec)?),
             still => {
                 return Err(invalid(format!(
                     "{still} is not a film: each frame is a still of its own"
@@ -153,14 +167,23 @@ impl<W: Write> FilmWriter<W> {
         match &mut self.codec {
             Codec::Gif(film) => film.push(&shot, spec)?,
             Codec::Apng(film) => film.push(&shot, spec)?,
+            Codec::Webp(film) => film.push(&shot, spec)?,
             Codec::Y4m(film) => film.push(&shot)?,
         }
         self.pushed += 1;
         Ok(match spec.format {
             // Every frame is stored whole.
-            Format::Y4m => Pushed { stored: whole, ..pushed },
+            Format::Y4m | Format::Mp4 | Format::Mkv => Pushed { stored: whole, ..pushed },
             _ => pushed,
         })
+    }
+
+    /// What goes over the film's head when it has ended: to be asked for when all frames are in.
+    pub fn patch(&self) -> Option<Patch> {
+        match &self.codec {
+            Codec::Webp(film) => Some(film.patch()),
+            _ => None,
+        }
     }
 
     /// Ends the film and gives the sink back, flushed.
@@ -175,8 +198,9 @@ impl<W: Write> FilmWriter<W> {
             )));
         }
         let mut sink = match self.codec {
-            Codec::Gif(film) => film.finish()?,
+            Codec::Gif(film) => film.finish(&self.spec)?,
             Codec::Apng(film) => film.finish()?,
+            Codec::Webp(film) => film.finish(),
             Codec::Y4m(film) => film.finish(),
         };
         sink.flush()?;
@@ -185,6 +209,7 @@ impl<W: Write> FilmWriter<W> {
 }
 
 /// A frame on its way to a codec.
+#[derive(Clone, Copy)]
 struct Shot<'a> {
     index: u32,
     /// Pixels a row.

@@ -1,8 +1,9 @@
-//! A palette for the colours of a frame: exact where they are few, else by splitting boxes of
+//! A palette for the colours of a film: exact where they are few, else by splitting boxes of
 //! colours (after Heckbert's median cut, SIGGRAPH 1982, but the box and the axis of the greatest
 //! squared error are split, at the mean, as Wu does in Graphics Gems II). All in integers.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// Colours, and which of them stands for another.
 pub(super) struct Palette {
@@ -82,30 +83,52 @@ impl Cell {
     }
 }
 
-impl Palette {
-    /// At most `most` colours (1..=256) for these.
-    pub(super) fn of(colours: impl Iterator<Item = [u8; 3]> + Clone, most: usize) -> Self {
-        let mut exact = HashMap::new();
-        let mut list = Vec::new();
-        let few = colours.clone().all(|colour| {
-            let next = list.len();
-            exact.entry(colour).or_insert_with(|| {
-                list.push(colour);
-                next as u8
-            });
-            list.len() <= most
-        });
-        if few {
-            return Self { colours: list, lookup: Lookup::Exact(exact) };
+/// The colours that a palette is to stand for, counted as they come.
+pub(super) struct Colours {
+    /// Each by itself while they are few.
+    exact: Option<HashMap<[u8; 3], u8>>,
+    list: Vec<[u8; 3]>,
+    bins: Vec<Bin>,
+    last: Option<[u8; 3]>,
+}
+
+impl Default for Colours {
+    fn default() -> Self {
+        let bins = vec![Bin::default(); BINS];
+        Self { exact: Some(HashMap::new()), list: Vec::new(), bins, last: None }
+    }
+}
+
+impl Colours {
+    /// One pixel more.
+    pub(super) fn add(&mut self, colour: [u8; 3]) {
+        let bin = &mut self.bins[bin(colour)];
+        bin.count += 1;
+        for (sum, value) in bin.sums.iter_mut().zip(colour) {
+            *sum += u64::from(value);
         }
-        let mut bins = vec![Bin::default(); BINS];
-        for colour in colours {
-            let bin = &mut bins[bin(colour)];
-            bin.count += 1;
-            for (sum, value) in bin.sums.iter_mut().zip(colour) {
-                *sum += u64::from(value);
+        if self.last == Some(colour) {
+            return;
+        }
+        self.last = Some(colour);
+        let Some(exact) = &mut self.exact else { return };
+        let next = self.list.len();
+        if let Entry::Vacant(place) = exact.entry(colour) {
+            if next == 256 {
+                self.exact = None;
+                return;
             }
+            place.insert(next as u8);
+            self.list.push(colour);
         }
+    }
+
+    /// At most `most` colours (1..=256) for them.
+    pub(super) fn palette(self, most: usize) -> Palette {
+        if let Some(exact) = self.exact.filter(|_| self.list.len() <= most) {
+            return Palette { colours: self.list, lookup: Lookup::Exact(exact) };
+        }
+        let bins = self.bins;
         let used = (0..=u16::MAX).filter(|&index| bins[usize::from(index)].count > 0);
         let mut cells = vec![Cell::new(used.collect(), &bins)];
         while cells.len() < most {
@@ -128,9 +151,11 @@ impl Palette {
             }
         }
         let mean = |cell: &Cell| std::array::from_fn(|axis| cell.total.mean(axis) as u8);
-        Self { colours: cells.iter().map(mean).collect(), lookup: Lookup::Bins(lookup) }
+        Palette { colours: cells.iter().map(mean).collect(), lookup: Lookup::Bins(lookup) }
     }
+}
 
+impl Palette {
     pub(super) fn colours(&self) -> &[[u8; 3]] {
         &self.colours
     }
@@ -148,10 +173,16 @@ impl Palette {
 mod tests {
     use super::*;
 
+    fn of(colours: impl Iterator<Item = [u8; 3]>, most: usize) -> Palette {
+        let mut all = Colours::default();
+        colours.for_each(|colour| all.add(colour));
+        all.palette(most)
+    }
+
     #[test]
     fn few_colours_are_exact() {
         let colours: Vec<[u8; 3]> = (0..=255).map(|i| [i, 255 - i, i / 2]).collect();
-        let palette = Palette::of(colours.iter().chain(&colours).copied(), 256);
+        let palette = of(colours.iter().chain(&colours).copied(), 256);
         assert_eq!(palette.colours(), colours);
         for colour in colours {
             assert_eq!(palette.colours()[usize::from(palette.index(colour))], colour);
@@ -164,7 +195,7 @@ mod tests {
             .map(|i| [(i % 200) as u8, (i / 200) as u8, ((i % 200 + i / 200) / 2) as u8])
             .collect();
         for most in [2, 16, 255, 256] {
-            let palette = Palette::of(colours.iter().copied(), most);
+            let palette = of(colours.iter().copied(), most);
             assert_eq!(palette.colours().len(), most);
             let error: f64 = colours
                 .iter()

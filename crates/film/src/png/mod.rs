@@ -8,12 +8,15 @@
 pub(crate) mod deflate;
 mod filter;
 mod huffman;
+mod texts;
 
 use crate::bands::{self, Codec, KeptBands, Key, Piece};
 use crate::picture::{Picture, SampleKind};
 use crate::still::{Compression, Encoded, StillOptions};
 use std::ops::Range;
 use std::sync::Arc;
+
+pub(crate) use texts::read_texts;
 
 pub(crate) const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 /// Deflate with a window of 32 KiB, no dictionary, "fastest" as the level.

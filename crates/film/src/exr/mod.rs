@@ -2,6 +2,8 @@
 //! increasing (after "OpenEXR File Layout", openexr.com). Written here so that bands keep their
 //! bytes and attributes stand in a fixed order; the tests read it with the `exr` crate.
 
+mod read;
+
 use crate::bands::{self, Codec, KeptBands, Key, Piece};
 use crate::format::Format;
 use crate::picture::Picture;
@@ -10,6 +12,8 @@ use half::slice::HalfFloatSliceExt;
 use std::io::{self, ErrorKind};
 use std::ops::Range;
 use std::sync::Arc;
+
+pub(crate) use read::{MAGIC, decode, read_header};
 
 /// Rows of a band: a multiple of every number of lines that a chunk may hold.
 const BAND_ROWS: u32 = 16;

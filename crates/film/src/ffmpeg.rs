@@ -1,0 +1,126 @@
+//! Films that ffmpeg encodes: it reads YUV4MPEG2 from a pipe and writes the file that then gets its
+//! name, with options under which the same frames give the same bytes.
+
+use crate::format::Format;
+use crate::safe::SafeFile;
+use std::io::{self, ErrorKind, Read, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::thread::JoinHandle;
+
+/// An ffmpeg at work on a file. Dropping it ends it, and no file stays.
+#[derive(Debug)]
+pub struct Ffmpeg {
+    child: Child,
+    pipe: Option<ChildStdin>,
+    told: Option<JoinHandle<String>>,
+    /// Dropped last: its temporary file may be removed when nobody writes to it.
+    file: Option<SafeFile>,
+}
+
+/// H.264 with a number of threads that does not depend on the machine (its bytes do on theirs), in
+/// the colours of HD video, padded to even sizes.
+const OPTIONS: &str = "-c:v libx264 -preset medium -crf 16 -threads 4 -pix_fmt yuv420p \
+    -color_range tv -colorspace bt709 -color_primaries bt709 -color_trc iec61966-2-1 \
+    -map_metadata -1 -fflags +bitexact -flags:v +bitexact";
+const FILTER: &str = "scale=in_range=full:in_color_matrix=bt601:out_range=tv:out_color_matrix=bt709\
+    :flags=bitexact+accurate_rnd+full_chroma_int,pad=ceil(iw/2)*2:ceil(ih/2)*2";
+
+impl Ffmpeg {
+    /// Starts ffmpeg for a film at `path`.
+    ///
+    /// # Errors
+    /// There is no ffmpeg, or the place cannot be written to.
+    pub fn start(path: &Path, format: Format) -> io::Result<Self> {
+        let file = SafeFile::create(path)?;
+        let Some(temporary) = file.temporary() else {
+            return Err(io::Error::new(
+                ErrorKind::InvalidInput,
+                format!("cannot write {}: a film of this kind needs a file", path.display()),
+            ));
+        };
+        let container = if format == Format::Mkv { "matroska" } else { "mp4" };
+        let mut command = Command::new("ffmpeg");
+        command.args(["-v", "error", "-y", "-f", "yuv4mpegpipe", "-i", "-", "-vf", FILTER]);
+        command.args(OPTIONS.split_whitespace());
+        if format == Format::Mp4 {
+            command.args(["-movflags", "+faststart"]);
+        }
+        // As a URL, so that no name is taken for an option or a protocol.
+        let mut url = std::ffi::OsString::from("file:");
+        url.push(temporary);
+        command.args(["-f", container]).arg(url);
+        command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+        let mut child = command.spawn().map_err(|error| {
+            let message = match error.kind() {
+                ErrorKind::NotFound => format!(
+                    "cannot write {}: {format} is encoded by ffmpeg, which is not there; install \
+                     it, or let the output end in .webp, .apng, .gif or .y4m",
+                    path.display()
+                ),
+                _ => format!("cannot start ffmpeg: {error}"),
+            };
+            io::Error::new(ErrorKind::Unsupported, message)
+        })?;
+        let pipe = child.stdin.take();
+        let told = child.stderr.take().map(|mut stderr| {
+            std::thread::spawn(move || {
+                let mut text = String::new();
+                let _ = stderr.read_to_string(&mut text);
+                text
+            })
+        });
+        Ok(Self { child, pipe, told, file: Some(file) })
+    }
+
+    /// Waits until ffmpeg is done, gives the file its name, and tells its length in bytes.
+    ///
+    /// # Errors
+    /// What ffmpeg says; what the system says.
+    pub fn commit(mut self) -> io::Result<u64> {
+        drop(self.pipe.take());
+        let status = self.child.wait()?;
+        if !status.success() {
+            return Err(self.failure());
+        }
+        match self.file.take() {
+            Some(file) => {
+                let length = file.temporary().map(std::fs::metadata).transpose()?;
+                file.commit()?;
+                Ok(length.map_or(0, |about| about.len()))
+            }
+            None => Ok(0),
+        }
+    }
+
+    /// Why ffmpeg has ended.
+    fn failure(&mut self) -> io::Error {
+        let _ = self.child.wait();
+        let told = self.told.take().and_then(|told| told.join().ok()).unwrap_or_default();
+        let last = told.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it says nothing");
+        io::Error::other(format!("ffmpeg failed: {}", last.trim()))
+    }
+}
+
+impl Drop for Ffmpeg {
+    fn drop(&mut self) {
+        drop(self.pipe.take());
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Write for Ffmpeg {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let Some(pipe) = &mut self.pipe else { return Ok(0) };
+        match pipe.write(bytes) {
+            // The reader of our pipe is ffmpeg, whose reason is worth more than ours.
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(self.failure()),
+            written => written,
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.pipe.as_mut().map_or(Ok(()), ChildStdin::flush)
+    }
+}

@@ -1,0 +1,168 @@
+//! What a file was made from, as it says itself.
+
+use crate::tiles::Tile;
+use reflet_film::{Compression, Format};
+use reflet_pack::SceneHash;
+
+/// The program and its version.
+pub const SOFTWARE: &str = concat!("reflet ", env!("CARGO_PKG_VERSION"));
+
+/// All that decides a file's bytes, as the texts that it carries. Threads, instructions, re-use and
+/// memory are not among them, nor is any clock, host or path.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Provenance {
+    scene: String,
+    settings: String,
+    tile: Option<String>,
+}
+
+/// The settings that decide a file's bytes beside the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FileSettings {
+    /// The frame.
+    pub frame: u32,
+    /// Width and height of the whole picture in pixels.
+    pub size: [u32; 2],
+    /// Samples a pixel.
+    pub samples: u32,
+    /// The file's format.
+    pub format: Format,
+    /// How much time a smaller file was worth.
+    pub compression: Compression,
+}
+
+/// The key of the program that made a file.
+const SOFTWARE_KEY: &str = "Software";
+/// The key of the scene's hash.
+const SCENE_KEY: &str = "reflet-scene";
+/// The key of the settings.
+const SETTINGS_KEY: &str = "reflet-settings";
+/// The key of what a part of a picture is.
+const TILE_KEY: &str = "reflet-tile";
+
+impl Provenance {
+    /// Of a whole picture, or of a tile of one.
+    pub fn new(scene: SceneHash, settings: FileSettings, tile: Option<&Tile>) -> Provenance {
+        Provenance {
+            scene: scene.to_string(),
+            settings: settings.to_string(),
+            tile: tile.map(Tile::to_string),
+        }
+    }
+
+    /// The texts, in the order in which a file carries them.
+    pub fn texts(&self) -> Vec<(&str, &str)> {
+        let texts =
+            [(SOFTWARE_KEY, SOFTWARE), (SCENE_KEY, &self.scene), (SETTINGS_KEY, &self.settings)];
+        let tile = self.tile.as_deref().map(|tile| (TILE_KEY, tile));
+        texts.into_iter().chain(tile).collect()
+    }
+
+    /// In what a file that carries `texts` was made from something else; `None` if it was not.
+    pub fn differs(&self, texts: &[(String, String)]) -> Option<String> {
+        let told = |key: &str| texts.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
+        match (told(SOFTWARE_KEY), told(SCENE_KEY), told(SETTINGS_KEY)) {
+            (Some(software), Some(scene), Some(settings)) => {
+                if software != SOFTWARE {
+                    Some(format!("made by {software}"))
+                } else if settings != self.settings {
+                    Some(format!("made for {settings}"))
+                } else if scene != self.scene {
+                    Some("made from another scene".to_owned())
+                } else if told(TILE_KEY) != self.tile.as_deref() {
+                    Some("made as another part of the picture".to_owned())
+                } else {
+                    None
+                }
+            }
+            _ => Some("it does not say what it was made from".to_owned()),
+        }
+    }
+
+    /// What the file of a tile says of the picture that it is a part of.
+    ///
+    /// # Errors
+    /// Why it is no such file.
+    pub(crate) fn of_part(texts: &[(String, String)]) -> Result<Part, String> {
+        let told = |key: &str| texts.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
+        let software = told(SOFTWARE_KEY).unwrap_or_default();
+        if software != SOFTWARE {
+            return Err(format!("it was made by {software}, and this is {SOFTWARE}"));
+        }
+        let no_tile = || "it is no part of a picture, as --tile makes them".to_owned();
+        let tile = told(TILE_KEY).and_then(Tile::told).ok_or_else(no_tile)?;
+        let settings = told(SETTINGS_KEY).and_then(FileSettings::told).ok_or_else(no_tile)?;
+        let scene = told(SCENE_KEY).ok_or_else(no_tile)?.to_owned();
+        Ok(Part { scene, settings, tile })
+    }
+
+    /// Of the picture that parts were merged into.
+    pub(crate) fn of_merged(scene: &str, settings: FileSettings) -> Provenance {
+        Provenance { scene: scene.to_owned(), settings: settings.to_string(), tile: None }
+    }
+}
+
+/// A tile's file: of which picture it is a part, and which.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Part {
+    pub scene: String,
+    pub settings: FileSettings,
+    pub tile: Tile,
+}
+
+fn name(compression: Compression) -> &'static str {
+    match compression {
+        Compression::Fast => "fast",
+        Compression::Balanced => "balanced",
+        Compression::Small => "small",
+    }
+}
+
+impl std::fmt::Display for FileSettings {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let FileSettings { frame, size: [width, height], samples, format, compression } = self;
+        write!(f, "frame={frame} size={width}x{height} samples={samples} format={format}")?;
+        // Others know one way only.
+        if matches!(format, Format::Png | Format::Png16 | Format::Exr | Format::Exr16) {
+            write!(f, " compression={}", name(*compression))?;
+        }
+        Ok(())
+    }
+}
+
+impl FileSettings {
+    fn told(text: &str) -> Option<FileSettings> {
+        let value = |key: &str| {
+            let words = text.split(' ').filter_map(|word| word.split_once('='));
+            words.into_iter().find(|(k, _)| *k == key).map(|(_, v)| v)
+        };
+        let (width, height) = value("size")?.split_once('x')?;
+        let all = [Compression::Fast, Compression::Balanced, Compression::Small];
+        let compression = value("compression").unwrap_or("fast");
+        Some(FileSettings {
+            frame: value("frame")?.parse().ok()?,
+            size: [width.parse().ok()?, height.parse().ok()?],
+            samples: value("samples")?.parse().ok()?,
+            format: Format::from_name(value("format")?).ok()?,
+            compression: all.into_iter().find(|c| name(*c) == compression)?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn settings_are_read_back() {
+        for compression in [Compression::Fast, Compression::Balanced, Compression::Small] {
+            let size = [65_535, 1];
+            let format = Format::Exr;
+            let settings = FileSettings { frame: 7, size, samples: 4, format, compression };
+            assert_eq!(FileSettings::told(&settings.to_string()), Some(settings));
+        }
+        for bad in ["", "frame=1", "frame=x size=1x1 samples=1 format=exr", "=", "size=1"] {
+            assert_eq!(FileSettings::told(bad), None, "{bad}");
+        }
+    }
+}
