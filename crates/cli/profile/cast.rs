@@ -22,7 +22,7 @@ pub struct Cast {
     pub cpu: Vec<Duration>,
     /// Of each repetition: the time on the wall.
     pub wall: Vec<Duration>,
-    /// Before each repetition: the time of [`reference`].
+    /// Before each repetition: the time of [`reference()`].
     pub reference: Vec<Duration>,
     answers: Vec<Answer>,
 }

@@ -5,7 +5,7 @@
 //! | [`npy`] | NumPy's array files |
 //! | [`inputs`] | primitives and rays from files |
 //! | [`cast`] | rays cast at primitives |
-//! | [`scene`] | one frame of a scene |
+//! | [`mod@scene`] | one frame of a scene |
 //! | [`passes`] | the two passes of a frame |
 //! | [`counted`] | what rays take, counted |
 //! | [`reuse`] | what the frame before saves |
