@@ -1,0 +1,20 @@
+//! The binary against the f64 recursion on random scenes of the later words, each word alone and
+//! all of them mixed, as `model_random.rs` holds it for the first ones.
+
+mod oracle;
+
+use oracle::words;
+
+oracle::hold::families! {
+    discs_and_boxes: words::FLAT,
+    quadrics_with_and_without_caps: words::QUADRICS,
+    ellipsoids_and_tori: words::ROUND,
+    inside_of_mirrored_shells: words::INSIDE,
+    groups_and_instances: words::PLACED,
+    solid_checkers_and_stripes: words::CELLS,
+    pictures_whole_and_in_tiles: words::PICTURES,
+    shaders_on_any_shape: words::SHADERS,
+    suns_projectors_and_falloffs: words::LAMPS,
+    parallel_rays: words::ORTHO,
+    everything_mixed: words::MIXED,
+}
