@@ -20,6 +20,7 @@
 //! | [`draw`], [`draw_words`] | random numbers, materials, patterns, surfaces and lights |
 //! | [`families`], [`words`] | random scenes, by kind |
 //! | [`compare`] | the promised tolerance |
+//! | [`hand`] | scenes of a few pixels, for cases worked out by hand |
 //! | [`hold`] | whole families held against the binary |
 //! | [`binary`] | the binary's picture of a script |
 
@@ -31,6 +32,7 @@ pub mod compare;
 pub mod draw;
 pub mod draw_words;
 pub mod families;
+pub mod hand;
 pub mod hold;
 pub mod lamp;
 pub mod pattern;

@@ -86,7 +86,8 @@ pub fn quadratic(a: f64, b: f64, c: f64) -> Vec<f64> {
     // The sum of two numbers of one sign cancels nothing.
     let sum = -(b + discriminant.sqrt().copysign(b));
     if sum == 0.0 {
-        return vec![0.0];
+        // t^2, or along the axis of a cylinder nothing at all.
+        return if a == 0.0 { Vec::new() } else { vec![0.0] };
     }
     let mut roots = vec![c / sum];
     if a != 0.0 {
