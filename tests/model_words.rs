@@ -3,6 +3,8 @@
 
 mod oracle;
 
+use oracle::binary::{folder, render};
+use oracle::script::script;
 use oracle::words;
 
 oracle::hold::families! {
@@ -17,4 +19,23 @@ oracle::hold::families! {
     suns_projectors_and_falloffs: words::LAMPS,
     parallel_rays: words::ORTHO,
     everything_mixed: words::MIXED,
+}
+
+/// The picture is the same, bit for bit, whatever the kernels and the number of threads.
+#[test]
+fn every_level_shows_the_same() {
+    let folder = folder("levels");
+    for seed in 100..112 {
+        let scene = (words::MIXED.scene)(seed);
+        for texture in &scene.textures {
+            texture.write(&folder);
+        }
+        let path = folder.join(format!("mixed-{seed}.rhai"));
+        let seen = |arguments: &[&str]| {
+            let rendered = render(&path, &script(&scene), arguments);
+            rendered.unwrap_or_else(|e| panic!("{e}")).picture.pixels
+        };
+        let plain = seen(&["--isa", "scalar", "--threads", "1"]);
+        assert_eq!(plain, seen(&["--isa", "auto", "--threads", "3"]), "seed {seed}");
+    }
 }
