@@ -201,7 +201,7 @@ fn a_ray_that_leaves_meets_the_other_roots() {
 
 #[test]
 fn coordinates_of_pictures() {
-    let at = |shape: Shape, part: Part, p: Vec3| uv(&shape, part, p).expect("(u, v)");
+    let at = |shape: Shape, part: Part, p: Vec3| uv(&shape, part, p);
     let globe = Shape::Sphere { center: X, radius: 2.0 };
     // Longitude runs from +x toward -z, as a globe is printed, seen from outside to the right.
     assert_eq!(at(globe, Part::Body, v3(3.0, 0.0, 0.0)), (0.0, 0.5));

@@ -14,6 +14,7 @@ oracle::hold::families! {
     inside_of_mirrored_shells: words::INSIDE,
     groups_and_instances: words::PLACED,
     solid_checkers_and_stripes: words::CELLS,
+    cells_that_begin_in_turned_faces: words::BOXES,
     pictures_whole_and_in_tiles: words::PICTURES,
     shaders_on_any_shape: words::SHADERS,
     suns_projectors_and_falloffs: words::LAMPS,

@@ -41,7 +41,7 @@ fn patterned(scene: &Scene, shape: &Shape, pattern: &Pattern, at: Point) -> Mate
             scene.materials[if stripe.rem_euclid(2.0) == 0.0 { even } else { odd }]
         }
         Pattern::Fit { base, texture, filter } => {
-            let (u, v) = uv(shape, at.part, at.p).expect("a picture fits on what has (u, v)");
+            let (u, v) = uv(shape, at.part, at.p);
             let texel = scene.textures[texture].at(u, v, filter, Edge::Clamp);
             tinted(&scene.materials[base], texel)
         }
@@ -52,7 +52,7 @@ fn patterned(scene: &Scene, shape: &Shape, pattern: &Pattern, at: Point) -> Mate
             tinted(&scene.materials[base], scene.textures[texture].at(s, t, filter, Edge::Wrap))
         }
         Pattern::Shader { base, shader } => {
-            let (u, v) = uv(shape, at.part, at.p).unwrap_or((0.0, 0.0));
+            let (u, v) = uv(shape, at.part, at.p);
             shader.of(&scene.materials[base], &Spot { p: at.p, u, v, normal: at.facing })
         }
     }

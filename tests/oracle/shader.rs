@@ -125,9 +125,9 @@ pub const CODES: &[Code] = &[
         },
     },
     Code {
-        // Rust's % keeps the sign of the left side.
-        script: "abs((p.x + 0.25) % k0) + abs(-p.z % k1) * 0.5",
-        value: |s, k| Vec3::splat(((s.p[0] + 0.25) % k[0]).abs() + (-s.p[2] % k[1]).abs() * 0.5),
+        // Of what is not negative: there `%` is the remainder, however it is meant elsewhere.
+        script: "abs(p.x + 0.25) % k0 + abs(p.z) % k1 * 0.5",
+        value: |s, k| Vec3::splat((s.p[0] + 0.25).abs() % k[0] + s.p[2].abs() % k[1] * 0.5),
     },
     Code {
         script: "if k0 > 0.5 { k1 } else { clamp(p.u * 2 - p.v, 0, k2) }",

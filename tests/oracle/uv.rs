@@ -2,16 +2,20 @@
 
 use super::quadric::Quadric;
 use super::scene::Shape;
-use super::shape::{Part, coordinates, own_normal, x_across};
+use super::shape::{Part, coordinates, x_across};
 use super::vec3::{Vec3, v3};
 use std::f64::consts::{PI, TAU};
 
 const XDIR: Vec3 = v3(1.0, 0.0, 0.0);
 
-/// The (u, v) of `p` on a part of `shape`; none of a plane.
-pub fn uv(shape: &Shape, part: Part, p: Vec3) -> Option<(f64, f64)> {
-    Some(match (*shape, part) {
-        (Shape::Plane { .. }, _) => return None,
+/// The (u, v) of `p` on a part of `shape`; of a plane, which has no ends, lengths.
+pub fn uv(shape: &Shape, part: Part, p: Vec3) -> (f64, f64) {
+    match (*shape, part) {
+        (Shape::Plane { point, normal }, _) => {
+            let (q, n) = (p - point, normal.unit());
+            let x = x_across(n, XDIR);
+            (q.dot(x), q.dot(n.cross(x)))
+        }
         (Shape::Quad { corner, u, v }, _) => coordinates(p - corner, u, v),
         (Shape::Triangle { a, b, c }, _) => coordinates(p - a, b - a, c - a),
         (Shape::Disc { center, normal, radius }, _) => on_disc(normal.unit(), radius, p - center),
@@ -43,9 +47,10 @@ pub fn uv(shape: &Shape, part: Part, p: Vec3) -> Option<(f64, f64)> {
             let (quadric, caps) = Quadric::of(shape).expect("a quadric");
             let center = quadric.origin + quadric.axis * caps[cap];
             let radius = quadric.square(caps[cap]).sqrt();
-            on_disc(own_normal(shape, part, p), radius, p - center)
+            // Both caps as discs across the axis: what is right on the one is right on the other.
+            on_disc(quadric.axis, radius, p - center)
         }
-    })
+    }
 }
 
 fn on_disc(normal: Vec3, radius: f64, q: Vec3) -> (f64, f64) {

@@ -3,7 +3,7 @@
 use super::draw::Draw;
 use super::families::{Family, HIGH, LOW, draw_of, floor, key_light, staged};
 use super::place::Motion;
-use super::scene::{Camera, Handle, Of, Scene, Shape, Wears};
+use super::scene::{Camera, Handle, Of, Pattern, Scene, Shape, Wears};
 use super::vec3::{Vec3, v3};
 
 pub const FLAT: Family = Family { name: "flat", scene: flat };
@@ -12,6 +12,7 @@ pub const ROUND: Family = Family { name: "round", scene: round };
 pub const INSIDE: Family = Family { name: "inside", scene: inside };
 pub const PLACED: Family = Family { name: "placed", scene: placed };
 pub const CELLS: Family = Family { name: "cells", scene: cells };
+pub const BOXES: Family = Family { name: "boxes", scene: boxes };
 pub const PICTURES: Family = Family { name: "pictures", scene: pictures };
 pub const SHADERS: Family = Family { name: "shaders", scene: shaders };
 pub const LAMPS: Family = Family { name: "lamps", scene: lamps };
@@ -56,6 +57,37 @@ fn cells(seed: u64) -> Scene {
         let wears = d.cells(scene, &shape);
         (shape, wears)
     })
+}
+
+/// Turned boxes and tins whose patterns begin in their faces: no rounding may speckle these.
+fn boxes(seed: u64) -> Scene {
+    let mut d = draw_of(seed);
+    let mut scene = staged(&mut d);
+    key_light(&mut d, &mut scene);
+    for i in 0..d.int(2, 4) {
+        let (low, high) = (Vec3::splat(-0.8), Vec3::splat(0.2));
+        let axis = v3(0.0, 0.0, d.range(0.5, 2.0));
+        let shape = match i % 2 {
+            0 => d.cuboid(low, high),
+            _ => {
+                let (base, radius) = (d.point(low, high), d.range(0.4, 0.8));
+                Shape::Cylinder { base, axis, radius, height: d.range(0.5, 1.2), caps: true }
+            }
+        };
+        let even = scene.material(Vec3::splat(1.0), Vec3::ZERO, Vec3::ZERO);
+        let odd = scene.material(Vec3::splat(4.0), Vec3::ZERO, Vec3::ZERO);
+        let (Wears::Material(even), Wears::Material(odd)) = (even, odd) else { unreachable!() };
+        let xdir = if i % 2 == 0 { v3(1.0, 0.0, 0.0) } else { axis };
+        let wears = scene.pattern(if d.chance(50) {
+            Pattern::Solid { even, odd, size: [0.33, 0.29, 0.37] }
+        } else {
+            Pattern::Stripes { even, odd, width: 0.27, xdir }
+        });
+        let handle = scene.surface(shape, wears);
+        let motion = d.motion(LOW, HIGH);
+        scene.thing(Of::Group(vec![handle]), motion);
+    }
+    scene
 }
 
 /// Pictures on any shape, as a whole and in tiles.
