@@ -10,7 +10,7 @@
 //! | samples | those that are new |
 //! | eye, picture size, the number or kind of primitives | all |
 
-use reflet_pack::{Changes, Columns, LightChange, LightId, MaterialId, SurfaceId, Volume};
+use reflet_pack::{Changes, Columns, LightChange, LightId, MaterialId, Spread, SurfaceId, Volume};
 use reflet_trace::{Grid, Moved, PatternCells, Revision, Trees};
 
 /// What is done with the trees kept of the frame before.
@@ -45,6 +45,7 @@ pub struct MadeFor {
     surfaces: usize,
     prims: usize,
     tint_channels: usize,
+    spread: Spread,
     max_bounces: u32,
     max_path: f32,
 }
@@ -57,6 +58,7 @@ impl MadeFor {
             surfaces: columns.surfaces.len(),
             prims: columns.geometry.len(),
             tint_channels: columns.surfaces.tint_channels(),
+            spread: columns.spread,
             max_bounces: columns.model.max_bounces,
             max_path: columns.model.max_path,
         }
@@ -77,6 +79,9 @@ impl Plan {
         }
         if old.surfaces != new.surfaces || old.prims != new.prims {
             return Plan::Fresh("there are more or fewer surfaces");
+        }
+        if old.spread != new.spread {
+            return Plan::Fresh("samples are spent elsewhere");
         }
         if old.tint_channels != new.tint_channels {
             return Plan::Fresh("there are textures or shaders now, or none any more");

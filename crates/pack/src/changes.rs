@@ -8,7 +8,9 @@ use crate::columns::{Columns, LightBits, SurfaceBits};
 use crate::geometry::{Geometry, ShapeKind};
 use crate::ids::{LightId, MaterialId, SurfaceId};
 use crate::materials::MaterialRow;
+use crate::packer::spread;
 use crate::view::{Model, View};
+use reflet_scene::Image;
 
 /// A surface whose shape, place or visibility changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +55,7 @@ pub struct Changes {
     pub rebuilt: bool,
     /// The eye or the picture's size.
     pub view: bool,
-    /// Samples a pixel.
+    /// Samples a pixel, or where they are spent.
     pub samples: bool,
     /// Settings that only shading reads: attenuation, background, transfer, and the two limits.
     pub model: bool,
@@ -173,19 +175,21 @@ impl Changes {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Settings {
     view: [u64; 15],
-    samples: u32,
+    samples: [u32; 2],
     model: [u32; 7],
 }
 
 impl Settings {
     pub(crate) fn of(c: &Columns) -> Settings {
-        Settings::new(&c.view, c.samples, &c.model)
+        let image = Image { samples: c.samples, spread: c.spread, ..Image::default() };
+        Settings::new(&c.view, &image, &c.model)
     }
 
-    pub(crate) fn new(view: &View, samples: u32, m: &Model) -> Settings {
+    pub(crate) fn new(view: &View, image: &Image, m: &Model) -> Settings {
         let [r, g, b] = m.background.map(f32::to_bits);
         let path = m.max_path.to_bits();
         let model = [m.max_bounces, path, m.attenuation as u32, m.transfer as u32, r, g, b];
+        let samples = [image.samples, spread(*image) as u32];
         Settings { view: view.bits(), samples, model }
     }
 

@@ -6,6 +6,7 @@ use crate::lights::{LightPlace, Lights};
 use crate::materials::{MaterialRow, Materials, Rgb};
 use crate::surfaces::{Paint, Surfaces};
 use crate::view::{Model, View};
+use reflet_scene::Spread;
 
 /// A scene as columns: all that later stages know of it.
 #[derive(Clone, Debug)]
@@ -24,6 +25,8 @@ pub struct Columns {
     pub model: Model,
     /// Samples a pixel.
     pub samples: u32,
+    /// Where they are spent; everywhere, if there is only one.
+    pub spread: Spread,
 }
 
 /// The part of a surface that decides where rays hit it, as bits.

@@ -184,7 +184,8 @@ fn settings(columns: &Columns) -> blake3::Hash {
         words.add(split(bits));
     }
     let model = &columns.model;
-    words.add([columns.samples, model.max_bounces, model.max_path.to_bits()]);
+    words.add([columns.samples, columns.spread as u32]);
+    words.add([model.max_bounces, model.max_path.to_bits()]);
     words.add([model.attenuation as u32, model.transfer as u32]);
     words.add(model.background.map(f32::to_bits));
     words.finish()

@@ -48,5 +48,5 @@ pub use geometry::{Geometry, SHAPE_KINDS, ShapeKind};
 pub use hash::{SceneHash, SceneHasher};
 pub use ids::{LightId, MaterialId, PrimId, SurfaceId};
 pub use packer::{NoCamera, Overrides, Packer};
-pub use reflet_scene::{Attenuation, Falloff, Key, TransferCurve};
+pub use reflet_scene::{Attenuation, Falloff, Key, Spread, TransferCurve};
 pub use solids::{Form, Solid};

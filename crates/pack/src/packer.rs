@@ -15,8 +15,8 @@ use crate::tints::{Site, Tint};
 use crate::view::{Model, View};
 use glam::{DAffine3, DVec3};
 use reflet_scene::{
-    Camera, Checker, Group, Instance, Key, Material, Mesh, PointLight, Projector, Scene, Shader,
-    Spotlight, Stripes, Sun, Surface, Textured,
+    Camera, Checker, Group, Image, Instance, Key, Material, Mesh, PointLight, Projector, Scene, Shader,
+    Spotlight, Spread, Stripes, Sun, Surface, Textured,
 };
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -99,6 +99,7 @@ impl Packer {
             view: view(scene, &overrides).ok_or(NoCamera)?,
             model: model(scene, &overrides),
             samples: scene.image().samples,
+            spread: spread(scene.image()),
         };
         let mut packer = Packer {
             columns,
@@ -125,7 +126,7 @@ impl Packer {
     /// now. `false` may be too careful: a surface that was written counts as moved.
     pub fn only_recolours(&self, scene: &Scene) -> bool {
         let Some(view) = view(scene, &self.overrides) else { return false };
-        let settings = Settings::new(&view, scene.image().samples, &model(scene, &self.overrides));
+        let settings = Settings::new(&view, &scene.image(), &model(scene, &self.overrides));
         let made_for_a_frame =
             scene.len() as usize > self.base.keys || self.rows.len() > self.base.keys;
         !made_for_a_frame
@@ -196,6 +197,7 @@ impl Packer {
         }
         self.columns.model = model(scene, &self.overrides);
         self.columns.samples = scene.image().samples;
+        self.columns.spread = spread(scene.image());
         changes.compare_settings(&before, &Settings::of(&self.columns));
         old_tail.compare(&self.columns, &self.base, &was, &self.lengths(), &mut changes);
         changes
@@ -220,6 +222,7 @@ impl Packer {
             view: view(scene, &self.overrides).unwrap_or(self.columns.view),
             model: model(scene, &self.overrides),
             samples: scene.image().samples,
+            spread: spread(scene.image()),
         };
         self.rows.clear();
         self.sources.clear();
@@ -492,6 +495,11 @@ fn model(scene: &Scene, overrides: &Overrides) -> Model {
     let mut model = Model::from(scene.settings());
     model.max_bounces = model.max_bounces.min(overrides.max_bounces.unwrap_or(u32::MAX));
     model
+}
+
+/// One sample is everywhere.
+pub(crate) fn spread(image: Image) -> Spread {
+    if image.samples > 1 { image.spread } else { Spread::Everywhere }
 }
 
 fn view(scene: &Scene, overrides: &Overrides) -> Option<View> {

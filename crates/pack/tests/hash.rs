@@ -26,7 +26,7 @@ impl Nouns {
     fn new() -> Nouns {
         Nouns {
             numbers: (0..NUMBERS).map(|i| 0.5 + 0.37 * i as f64).collect(),
-            image: Image { width: 8, height: 6, samples: 1 },
+            image: Image { width: 8, height: 6, ..Image::default() },
             settings: Settings { max_path: 100.0, ..Settings::default() },
             visible: true,
             worn: 0,

@@ -8,7 +8,7 @@ use crate::table::{AnyForm, Field, Form, KeyInfo, Role, Takes};
 use glam::DVec3;
 use reflet_scene::{
     Animation, Attenuation, Camera, Checker, Falloff, Image, Key, Mapping, Material, Place,
-    PointLight, Projector, Settings, Shader, Spotlight, Stripes, Sun, TexelFilter, Textured, Tiles,
+    PointLight, Projector, Settings, Shader, Spotlight, Spread, Stripes, Sun, TexelFilter, Textured, Tiles,
     TransferCurve,
 };
 use std::sync::Arc;
@@ -95,6 +95,16 @@ static IMAGE: Form<Image> = Form {
         field!("width", Whole(1, Image::MAX_EDGE), Some("640"), "pixels in a row", width),
         field!("height", Whole(1, Image::MAX_EDGE), Some("360"), "rows", height),
         field!("samples", Whole(1, Image::MAX_SAMPLES), Some("1"), "samples a pixel", samples),
+        Field {
+            info: KeyInfo {
+                name: "adaptive",
+                takes: Flag,
+                default: Some("false"),
+                doc: "whether only pixels with an edge get more than one sample",
+            },
+            get: |i| (i.spread == Spread::Edges).into(),
+            set: |i, v| i.spread = if v.into() { Spread::Edges } else { Spread::Everywhere },
+        },
     ],
     relations: None,
     normal: None,

@@ -102,18 +102,32 @@ impl Tracer<'_> {
         self.find_capsules((rect, sample), trees, s);
     }
 
-    /// Makes the trees of some of a tile's pixels from scratch. At level 0 they have one row a
-    /// pixel of `pixels`, whose parent is the pixel. They keep their points, and number their
-    /// surfaces on from the palette that they have.
-    pub(crate) fn grow_some(
+    /// Makes the trees of some of a tile's pixels from scratch.
+    pub fn grow_at(
         &self,
         (rect, sample): (TileRect, u32),
         pixels: &[u16],
         trees: &mut Trees,
         s: &mut TraceScratch,
     ) {
+        trees.clear();
+        self.grow_some((rect, sample), pixels, self.points, trees, s);
+        self.find_capsules((rect, sample), trees, s);
+    }
+
+    /// Makes the trees of some of a tile's pixels from scratch. At level 0 they have one row a
+    /// pixel of `pixels`, whose parent is the pixel. They number their surfaces on from the palette
+    /// that they have.
+    pub(crate) fn grow_some(
+        &self,
+        (rect, sample): (TileRect, u32),
+        pixels: &[u16],
+        points: Points,
+        trees: &mut Trees,
+        s: &mut TraceScratch,
+    ) {
         trees.levels.iter_mut().for_each(Level::clear);
-        trees.points = Points::Kept;
+        trees.points = points;
         s.palette.start(&trees.palette, self.columns.surfaces.len());
         s.known.clear();
         let pixels = pixels.iter().copied();
@@ -135,11 +149,23 @@ impl Tracer<'_> {
     ) {
         let before = trees.nodes();
         s.palette.start(&trees.palette, self.columns.surfaces.len());
-        camera::rays(&self.columns.view, rect, sample, &mut s.known.rays);
+        self.known_rays((rect, sample), trees, s);
         s.fresh.clear();
         self.descend(trees, revision, s);
         self.find_capsules((rect, sample), trees, s);
         s.deepened += (trees.nodes() - before) as u64;
+    }
+
+    /// The camera rays of kept trees, in their order.
+    pub(crate) fn known_rays(
+        &self,
+        (rect, sample): (TileRect, u32),
+        trees: &Trees,
+        s: &mut TraceScratch,
+    ) {
+        let pixels = trees.levels.first().map_or(&[][..], |level| &level.parent);
+        let pixels = pixels.iter().copied();
+        camera::some_rays(&self.columns.view, rect, sample, pixels, &mut s.known.rays);
     }
 
     /// Whether some node of kept trees reflects now and has no mirrored ray.

@@ -17,6 +17,7 @@
 //! | [`mirror`] | which nodes reflect, and where to |
 //! | `stream` | the rays of a level on their way to becoming nodes |
 //! | [`grow`] | these in turn: the first pass |
+//! | [`edges`] | the pixels that are worth more samples |
 //! | [`touch`] | the trees that a moved surface can have changed, made anew |
 //! | [`capsule`] | chunks of segments, to be passed over together |
 //! | `segment` | whether a segment of a tree meets a volume |
@@ -26,6 +27,7 @@
 pub mod camera;
 pub mod capsule;
 pub mod colours;
+pub mod edges;
 pub mod grid;
 pub mod grow;
 pub mod interact;

@@ -40,6 +40,8 @@ pub struct ShadeScratch {
     own: Vec<Colour>,
     frames: Vec<FrameSum>,
     samples: u32,
+    /// How many samples each pixel has, where that differs.
+    counts: Vec<u32>,
     /// A finished tile.
     tile: Vec<Colour>,
 }
@@ -94,6 +96,7 @@ impl<'a> Shader<'a> {
     /// Starts the mean over a tile's samples.
     pub fn begin(&self, scratch: &mut ShadeScratch) {
         scratch.samples = 0;
+        scratch.counts.clear();
         scratch.frames.resize_with(self.batch.len(), FrameSum::default);
         for frame in &mut scratch.frames {
             frame.recoloured = false;
@@ -102,6 +105,50 @@ impl<'a> Shader<'a> {
 
     /// Adds the colours of one sample's trees in all frames. Samples are added in their order.
     pub fn add(&self, trees: &Trees, scratch: &mut ShadeScratch) {
+        self.shade(trees, scratch, |own, sum, samples| {
+            if samples == 0 {
+                sum.clear();
+                sum.extend_from_slice(own);
+            } else {
+                for (sum, own) in sum.iter_mut().zip(own) {
+                    sum.iter_mut().zip(own).for_each(|(s, c)| *s += c);
+                }
+            }
+        });
+    }
+
+    /// Adds the colours of some of a sample's trees: pairs of a row and the pixel, of so many, that
+    /// it is a sample of.
+    pub fn add_at(
+        &self,
+        trees: &Trees,
+        (rows, pixels): (impl Iterator<Item = (u16, u16)> + Clone, usize),
+        scratch: &mut ShadeScratch,
+    ) {
+        scratch.counts.resize(pixels, 0);
+        for (_, pixel) in rows.clone() {
+            scratch.counts[usize::from(pixel)] += 1;
+        }
+        self.shade(trees, scratch, |own, sum, samples| {
+            if samples == 0 {
+                sum.clear();
+                sum.resize(pixels, Colour::default());
+            }
+            for (row, pixel) in rows.clone() {
+                let own = &own[usize::from(row)];
+                sum[usize::from(pixel)].iter_mut().zip(own).for_each(|(s, c)| *s += c);
+            }
+        });
+    }
+
+    /// Computes the colours of trees in all frames, and hands them on with the sum so far and the
+    /// number of samples in it.
+    fn shade(
+        &self,
+        trees: &Trees,
+        scratch: &mut ShadeScratch,
+        add: impl Fn(&[Colour], &mut Vec<Colour>, u32),
+    ) {
         let deepest = trees.levels.len().min(self.columns.model.max_bounces as usize + 1);
         let levels = &trees.levels[..deepest];
         scratch.starts.clear();
@@ -126,15 +173,7 @@ impl<'a> Shader<'a> {
                 dispatch!(self.level, simd => mirrored(simd, levels, max_path, scratch));
             }
             let pixels = levels.first().map_or(0, Level::len);
-            let (sum, own) = (&mut scratch.frames[frame].sum, &scratch.own[..pixels]);
-            if scratch.samples == 0 {
-                sum.clear();
-                sum.extend_from_slice(own);
-            } else {
-                for (sum, own) in sum.iter_mut().zip(own) {
-                    sum.iter_mut().zip(own).for_each(|(s, c)| *s += c);
-                }
-            }
+            add(&scratch.own[..pixels], &mut scratch.frames[frame].sum, scratch.samples);
         }
         scratch.samples += 1;
     }
@@ -152,20 +191,20 @@ impl<'a> Shader<'a> {
         (rect, edge): (TileRect, u32),
         scratch: &'s mut ShadeScratch,
     ) -> &'s [Colour] {
-        let ShadeScratch { frames, samples, tile, .. } = scratch;
+        let ShadeScratch { frames, samples, counts, tile, .. } = scratch;
         let sum = &frames[frame].sum;
         let (w, edge) = (rect.width as usize, edge as usize);
         // One sample is its own mean: s / 1 is s.
         if *samples == 1 && sum.len() == edge * edge {
             return sum;
         }
-        let n = *samples as f32;
         tile.clear();
         tile.resize(edge * edge, Colour::default());
-        for (out, sum) in tile.chunks_mut(edge).zip(sum.chunks(w)) {
-            for (out, sum) in out.iter_mut().zip(sum) {
+        for (y, (out, sum)) in tile.chunks_mut(edge).zip(sum.chunks(w)).enumerate() {
+            for (x, (out, sum)) in out.iter_mut().zip(sum).enumerate() {
+                let n = counts.get(y * w + x).unwrap_or(samples);
                 for (o, s) in out.iter_mut().zip(sum) {
-                    *o = s / n;
+                    *o = s / *n as f32;
                 }
             }
         }

@@ -4,7 +4,7 @@ use glam::DVec3;
 use reflet_pack::{Overrides, Packer};
 use reflet_scene::{
     Attenuation, Camera, Caps, Checker, Cuboid, Cylinder, Disc, Ellipsoid, Falloff, Group, Image,
-    Instance, Key, Material, Place, Plane, PointLight, Quad, Scene, Settings, Sphere, Spotlight,
+    Instance, Key, Material, Place, Plane, PointLight, Quad, Scene, Settings, Sphere, Spotlight, Spread,
     Stripes, Sun, Surface, Tiles, Torus, Triangle,
 };
 
@@ -82,7 +82,7 @@ pub fn stage(dice: &mut Dice) -> Stage {
         fov_degrees: 50.0,
     };
     scene.singletons.camera = Some(scene.spawn((camera,)));
-    scene.singletons.image = Some(scene.spawn((Image { width: 41, height: 27, samples: 1 },)));
+    scene.singletons.image = Some(scene.spawn((Image { width: 41, height: 27, ..Image::default() },)));
     let settings = Settings { max_bounces: 3, ..Settings::default() };
     scene.singletons.settings = Some(scene.spawn((settings,)));
     let mut lights = Vec::new();
@@ -273,7 +273,8 @@ pub fn edit(kind: usize, stage: &mut Stage, dice: &mut Dice) {
         13 => {
             let key = s.singletons.image.expect("an image");
             let samples = 1 + dice.below(3) as u32;
-            s.set(key, Image { samples, ..s.image() });
+            let spread = [Spread::Everywhere, Spread::Edges][dice.below(2)];
+            s.set(key, Image { samples, spread, ..s.image() });
         }
         14 => {
             // Surfaces and a light that live for one frame.
