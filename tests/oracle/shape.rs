@@ -100,7 +100,7 @@ fn disc_root(center: Vec3, normal: Vec3, radius: f64, base: Vec3, dir: Vec3) -> 
 }
 
 fn face_root(min: Vec3, max: Vec3, face: usize, base: Vec3, dir: Vec3) -> Option<f64> {
-    let (across, corner) = (face / 2, if face % 2 == 0 { min } else { max });
+    let (across, corner) = (face / 2, if face.is_multiple_of(2) { min } else { max });
     let t = (corner[across] - base[across]) / dir[across];
     let p = base + dir * t;
     let inside = (0..3).filter(|i| *i != across).all(|i| (min[i]..=max[i]).contains(&p[i]));
