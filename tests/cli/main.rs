@@ -3,6 +3,7 @@
 mod checked;
 mod events;
 mod farmed;
+mod films;
 mod outputs;
 mod profiled;
 mod resumed;

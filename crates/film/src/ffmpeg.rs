@@ -1,8 +1,10 @@
 //! Films that ffmpeg encodes: it reads YUV4MPEG2 from a pipe and writes the file that then gets its
 //! name, with options under which the same frames give the same bytes.
 
+use crate::film::closing;
 use crate::format::Format;
 use crate::safe::SafeFile;
+use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -73,24 +75,25 @@ impl Ffmpeg {
         Ok(Self { child, pipe, told, file: Some(file) })
     }
 
-    /// Waits until ffmpeg is done, gives the file its name, and tells its length in bytes.
+    /// Waits until ffmpeg is done, adds `texts` that say what the film was made from, gives the file
+    /// its name, and tells its length in bytes.
     ///
     /// # Errors
     /// What ffmpeg says; what the system says.
-    pub fn commit(mut self) -> io::Result<u64> {
+    pub fn commit(mut self, format: Format, texts: &[(&str, &str)]) -> io::Result<u64> {
         drop(self.pipe.take());
         let status = self.child.wait()?;
         if !status.success() {
             return Err(self.failure());
         }
-        match self.file.take() {
-            Some(file) => {
-                let length = file.temporary().map(std::fs::metadata).transpose()?;
-                file.commit()?;
-                Ok(length.map_or(0, |about| about.len()))
-            }
-            None => Ok(0),
+        let Some(mut file) = self.file.take() else { return Ok(0) };
+        if let (Some(path), false) = (file.temporary(), texts.is_empty()) {
+            let mut written = File::open(path)?;
+            closing::append(&mut file, &mut written, format, texts)?;
         }
+        let length = file.temporary().map(std::fs::metadata).transpose()?;
+        file.commit()?;
+        Ok(length.map_or(0, |about| about.len()))
     }
 
     /// Why ffmpeg has ended.

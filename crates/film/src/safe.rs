@@ -85,7 +85,7 @@ pub enum Folders {
 }
 
 /// What went wrong, with the path, and what to do about it.
-fn explain(doing: &str, path: &Path, error: &io::Error) -> io::Error {
+pub(crate) fn explain(doing: &str, path: &Path, error: &io::Error) -> io::Error {
     let advice = match error.kind() {
         ErrorKind::StorageFull => "; free some space or choose another folder",
         ErrorKind::QuotaExceeded => "; your quota is used up: free some space",

@@ -17,6 +17,7 @@ fn spec(format: Format, fps: u32, frames: u32) -> FilmSpec {
         fps: Fps::new(fps, 1).unwrap(),
         frames,
         compression: Compression::Fast,
+        spool: None,
     }
 }
 
