@@ -218,10 +218,8 @@ impl Teller<'_> {
             Event::Started { frames, .. } => self.frames = *frames,
             Event::Frame(_) | Event::Kept { .. } => self.done += 1,
             Event::FilmKept { frames, .. } => self.done += frames,
-            Event::Warning(_)
-            | Event::Swept(_)
-            | Event::Again { .. }
-            | Event::FilmAgain { .. } => {}
+            Event::Warning(_) | Event::Swept(_) | Event::Again { .. } | Event::FilmAgain { .. } => {
+            }
         }
         if self.meant.tell == Tell::Programs {
             if self.unread.is_none()

@@ -76,6 +76,8 @@ fn absurd_sizes() {
     // Three pictures of 12 GiB and more: no machine that runs this test has so much to spare.
     let args = ["render", "still.rhai", "-o", "a.exr", "--size", "65535x65535"];
     room.bad(&args, 1, &["memory"]);
+    let args = ["render", "five.rhai", "-o", "a.gif", "--size", "65535x65535"];
+    room.bad(&args, 1, &["memory"]);
     assert!(room.made().is_empty(), "{:?}", room.made());
     for (size, width, height) in [("1x1", 1, 1), ("65535x1", 65535, 1), ("1X300", 1, 300)] {
         room.good(&["render", "still.rhai", "-o", "a.png", "--size", size]);

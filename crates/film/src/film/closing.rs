@@ -155,10 +155,7 @@ pub(crate) fn carried(head: &[u8]) -> Option<Format> {
 }
 
 /// The texts of a film, without the check, if the film is whole. It is read in pieces.
-pub(crate) fn read(
-    mut file: File,
-    format: Format,
-) -> Result<Vec<(String, String)>, Unsealed> {
+pub(crate) fn read(mut file: File, format: Format) -> Result<Vec<(String, String)>, Unsealed> {
     let damaged = |how: &str| Unsealed::Damaged(how.to_owned());
     let failed = Unsealed::Unreadable;
     let length = file.metadata().map_err(failed)?.len();

@@ -116,9 +116,10 @@ impl<W: Write> GifFilm<W> {
         let delay = spec.fps.delay_of(shot.index, 100);
         let waiting = Waiting { stored, delay, packed: packed.len() as u64 };
         let spool = &mut self.spool;
-        spool.write_all(&waiting.to_bytes()).and_then(|()| spool.write_all(&packed)).map_err(
-            |error| explain("write what waits for the palette in", &self.folder, &error),
-        )
+        spool
+            .write_all(&waiting.to_bytes())
+            .and_then(|()| spool.write_all(&packed))
+            .map_err(|error| explain("write what waits for the palette in", &self.folder, &error))
     }
 
     /// All but the file's last byte.
@@ -126,9 +127,8 @@ impl<W: Write> GifFilm<W> {
         let folder = &self.folder;
         let waits = |error| explain("read what waits for the palette in", folder, &error);
         let spool = self.spool.into_inner().map_err(|error| error.into_error());
-        let mut spool = spool.map_err(|error| {
-            explain("write what waits for the palette in", folder, &error)
-        })?;
+        let mut spool = spool
+            .map_err(|error| explain("write what waits for the palette in", folder, &error))?;
         spool.rewind().map_err(waits)?;
         let mut spool = BufReader::new(spool);
         // One index is kept for "unchanged".

@@ -194,7 +194,9 @@ impl<W: Write> FilmWriter<W> {
         self.pushed += 1;
         Ok(match spec.format {
             // Every frame is stored whole.
-            Format::Y4m | Format::Mp4 | Format::Mkv | Format::Ivf => Pushed { stored: whole, ..pushed },
+            Format::Y4m | Format::Mp4 | Format::Mkv | Format::Ivf => {
+                Pushed { stored: whole, ..pushed }
+            }
             _ => pushed,
         })
     }

@@ -47,10 +47,8 @@ pub(super) fn planes(frame: &[u8], planes: &mut [u8]) {
     let (luma, chroma) = planes.split_at_mut(pixels);
     let (blue, red) = chroma.split_at_mut(pixels);
     const PIECE: usize = 1 << 14;
-    let planes = luma
-        .par_chunks_mut(PIECE)
-        .zip(blue.par_chunks_mut(PIECE))
-        .zip(red.par_chunks_mut(PIECE));
+    let planes =
+        luma.par_chunks_mut(PIECE).zip(blue.par_chunks_mut(PIECE)).zip(red.par_chunks_mut(PIECE));
     let pieces = planes.zip(frame.par_chunks(PIECE * 3));
     pieces.for_each(|(((luma, blue), red), frame)| {
         let planes = luma.iter_mut().zip(blue).zip(red);
