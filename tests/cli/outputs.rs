@@ -25,8 +25,8 @@ fn every_format_is_made() {
     }
     room.good(&["render", "still.rhai", "-o", "picture", "--format", "png"]);
     assert_eq!(png(&room.path("picture")), png(&room.path("a.png")));
-    // QOI and PFM hold no text.
-    assert_eq!(room.made().len(), starts.len() + 3, "no temporary file stays: {:?}", room.made());
+    // QOI, PFM and Y4M hold no text.
+    assert_eq!(room.made().len(), starts.len() + 4, "no temporary file stays: {:?}", room.made());
 }
 
 #[test]

@@ -305,7 +305,9 @@ fn films_know_their_texts_and_whether_they_are_whole() {
             let spool = Some(folder.path().to_owned());
             let spec = FilmSpec { spool, ..spec(format, 24, 6) };
             let mut writer = FilmWriter::new(sink, spec).unwrap();
-            frames.iter().for_each(|frame| drop(writer.push(frame).unwrap()));
+            for frame in &frames {
+                writer.push(frame).unwrap();
+            }
             let length = writer.commit(texts).unwrap();
             let bytes = std::fs::read(&path).unwrap();
             assert_eq!(length, bytes.len() as u64, "{format}");
