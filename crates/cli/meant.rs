@@ -163,6 +163,7 @@ fn script(args: ScriptArgs, console: &Console) -> Script {
     let options = Options {
         max_operations: args.max_operations.get(),
         sets: args.set,
+        assets: args.assets,
         print: Some(Arc::new(move |text, line| {
             printer.say(&format!("{}:{line}: {text}", path.display()));
         })),
@@ -182,8 +183,8 @@ fn profile(args: ProfileArgs, console: &Console) -> Result<Profile, Failure> {
     }
     let subject = match (args.script, args.rays) {
         (Some(path), _) => {
-            let (set, max_operations) = (args.set, args.max_operations);
-            let named = ScriptArgs { script: path, set, max_operations };
+            let (set, assets, max_operations) = (args.set, args.assets, args.max_operations);
+            let named = ScriptArgs { script: path, set, assets, max_operations };
             let outputs = Outputs { dump: args.dump, heatmap: args.heatmap, timeline: args.trace };
             Subject::Scene(script(named, console), args.frame, outputs)
         }

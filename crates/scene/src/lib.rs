@@ -8,6 +8,7 @@
 //! | [`key`] | identity and order of making |
 //! | [`shape`] | sphere, plane, quad, triangle |
 //! | [`mesh`] | indexed triangles and their placement |
+//! | [`texture`] | pictures that surfaces wear |
 //! | [`material`] | reflectivities, checker, and which surface wears what |
 //! | [`light`] | point light and spotlight |
 //! | [`camera`] | the two views |
@@ -28,6 +29,7 @@ pub mod random;
 pub mod scene;
 pub mod settings;
 pub mod shape;
+pub mod texture;
 
 pub use camera::Camera;
 pub use fault::Fault;
@@ -36,8 +38,9 @@ pub use journal::Noun;
 pub use key::Key;
 pub use light::{PointLight, Spotlight};
 pub use material::{Checker, Material, Surface};
-pub use mesh::{Mesh, MeshData};
+pub use mesh::{Mesh, MeshData, MeshMaterial};
 pub use random::RandomStream;
 pub use scene::{Scene, Singletons};
 pub use settings::{Animation, Attenuation, Image, Settings, TransferCurve};
 pub use shape::{Plane, Quad, Sphere, Triangle};
+pub use texture::Texture;
