@@ -83,7 +83,7 @@ fn one_flipped_bit_of_a_film_is_noticed() {
         let good = std::fs::read(room.path(film)).unwrap();
         // All places are flipped in the tests of `film`.
         let tail = good.len().saturating_sub(400);
-        let places = |at: &usize| at % if *at > tail { 23 } else { 211 } == 0;
+        let places = |at: &usize| at.is_multiple_of(if *at > tail { 23 } else { 211 });
         for at in (0..good.len()).filter(places) {
             let mut bad = good.clone();
             bad[at] ^= 1 << (at % 8);

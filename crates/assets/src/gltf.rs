@@ -77,8 +77,8 @@ pub fn parse<E>(
     }
     let mut reading =
         Reading { buffers, mesh: GltfMesh::default(), materials: HashMap::new(), attributes: None };
-    reading.nodes(&document).map_err(|message| fault(message))?;
-    reading.end().map_err(|message| fault(message))
+    reading.nodes(&document).map_err(fault)?;
+    reading.end().map_err(fault)
 }
 
 /// Why a glTF file cannot serve.

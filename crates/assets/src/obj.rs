@@ -210,10 +210,9 @@ impl Reading {
 
     fn end(mut self) -> Result<Obj, Fault> {
         let counts = [self.obj.data.positions.len(), self.uvs.len(), self.normals.len()];
-        for kind in 0..3 {
-            let Some((index, line)) = self.ahead[kind] else { continue };
-            if index > counts[kind] as i64 {
-                return Err(Fault::line(line, no_such(kind, index, counts[kind])));
+        for (kind, (count, ahead)) in counts.into_iter().zip(self.ahead).enumerate() {
+            if let Some((index, line)) = ahead.filter(|(index, _)| *index > count as i64) {
+                return Err(Fault::line(line, no_such(kind, index, count)));
             }
         }
         if self.corners.is_empty() {

@@ -125,8 +125,7 @@ fn binary(bytes: &[u8], mesh: &mut Merged) -> Result<(), Fault> {
 fn ascii(bytes: &[u8], mesh: &mut Merged) -> Result<(), Fault> {
     let mut words = Words::of(bytes);
     let mut solid = false;
-    loop {
-        let Some(word) = next(&mut words) else { break };
+    while let Some(word) = next(&mut words) {
         let word_is = |wanted: &[u8]| word.eq_ignore_ascii_case(wanted);
         if word_is(b"solid") || word_is(b"endsolid") {
             solid = word_is(b"solid");

@@ -326,7 +326,7 @@ fn films_know_their_texts_and_whether_they_are_whole() {
         let holds = |what: &str| assert!(read_sealed(&path).is_err(), "{format}: {what}");
         // What is long is looked at here and there, its ends everywhere.
         let step = good.len() / 4000 + 1;
-        let near = |at: &usize| at % step == 0 || *at < 300 || *at + 600 > good.len();
+        let near = |at: &usize| at.is_multiple_of(step) || *at < 300 || *at + 600 > good.len();
         for at in (0..good.len()).filter(near) {
             let mut bad = good.clone();
             bad[at] ^= 1 << (at % 8);

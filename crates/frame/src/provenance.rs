@@ -121,13 +121,15 @@ impl Provenance {
 /// What a film is made from, frame by frame: one hash over the scenes and settings of all.
 #[derive(Clone, Debug)]
 pub struct FilmHasher {
-    hasher: blake3::Hasher,
+    // Boxed: it holds almost two kilobytes.
+    hasher: Box<blake3::Hasher>,
     frames: u32,
 }
 
 impl Default for FilmHasher {
     fn default() -> Self {
-        FilmHasher { hasher: blake3::Hasher::new_derive_key("reflet film 1"), frames: 0 }
+        let hasher = Box::new(blake3::Hasher::new_derive_key("reflet film 1"));
+        FilmHasher { hasher, frames: 0 }
     }
 }
 
