@@ -124,9 +124,18 @@ pub struct ScriptArgs {
     /// Give a parameter of the script a value (may be repeated)
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub set: Vec<(String, String)>,
+    /// A folder that files of the scene may come from, beside the script's own (may be repeated)
+    #[arg(long, value_name = "DIR", value_parser = folder)]
+    pub assets: Vec<PathBuf>,
     /// Stop a script that takes more operations than this
     #[arg(long, value_name = "N", default_value = "1000000000")]
     pub max_operations: NonZeroU64,
+}
+
+/// A folder that is there.
+fn folder(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if path.is_dir() { Ok(path) } else { Err("there is no such folder".to_owned()) }
 }
 
 /// What `render` takes.
@@ -191,6 +200,9 @@ pub struct ProfileArgs {
     /// Give a parameter of the script a value (may be repeated)
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment, conflicts_with = "rays")]
     pub set: Vec<(String, String)>,
+    /// A folder that files of the scene may come from, beside the script's own (may be repeated)
+    #[arg(long, value_name = "DIR", value_parser = folder, conflicts_with = "rays")]
+    pub assets: Vec<PathBuf>,
     /// Stop a script that takes more operations than this
     #[arg(long, value_name = "N", default_value = "1000000000")]
     pub max_operations: NonZeroU64,

@@ -204,6 +204,7 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     let options = Options {
         max_operations: args.script.max_operations.get(),
         sets: args.script.set.clone(),
+        assets: args.script.assets.clone(),
         print: Some(std::sync::Arc::new(move |text, line| {
             printer.say(&format!("{}:{line}: {text}", path.display()));
         })),
@@ -238,6 +239,9 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     let mut more = Vec::new();
     for (name, value) in &args.script.set {
         more.extend(["--set".into(), format!("{name}={value}")]);
+    }
+    for folder in &args.script.assets {
+        more.extend(["--assets".into(), text(folder)]);
     }
     if let Some((width, height)) = args.size {
         more.extend(["--size".into(), format!("{width}x{height}")]);

@@ -171,6 +171,7 @@ mod tests {
         let data = Arc::new(MeshData {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2], [0, 1, 3], [2, 0, 1]],
+            ..MeshData::default()
         });
         let mesh = Mesh { data, scale: 1.0, rotate: DVec3::ZERO, translate: DVec3::ZERO };
         let texts = found(|scene| {

@@ -210,6 +210,7 @@ mod tests {
         let data = Arc::new(MeshData {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+            ..MeshData::default()
         });
         let mesh = Mesh { data, scale: 10.0, rotate: DVec3::ZERO, translate: DVec3::ZERO };
         let texts = |eye| found(eye, &[], |scene| _ = scene.spawn((mesh.clone(), surface())));

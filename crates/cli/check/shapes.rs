@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn a_mesh_is_scaled_then_turned_about_x_y_z_then_moved() {
-        let data = MeshData { positions: vec![[0.0, 1.0, 0.0]], triangles: vec![] };
+        let data = MeshData { positions: vec![[0.0, 1.0, 0.0]], ..MeshData::default() };
         let mesh = Mesh {
             data: Arc::new(data),
             scale: 2.0,

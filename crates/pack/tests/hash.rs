@@ -70,6 +70,7 @@ impl Nouns {
         let data = MeshData {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2]],
+            ..MeshData::default()
         };
         // Data of its own at each call: the address counts for nothing.
         let mesh =
