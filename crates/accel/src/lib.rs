@@ -24,6 +24,7 @@
 //! | [`brute`] | the definition, scalar |
 //! | [`blocks`] | primitives in lanes |
 //! | [`build`] | the tree by binned surface area |
+//! | [`visit`] | a node's children that a ray meets, nearest first |
 //! | [`bvh`] | one ray through the tree |
 //! | [`flights`] | several single rays at once |
 //! | [`prefetch`] | memory asked for early |
@@ -53,6 +54,7 @@ pub mod refit;
 pub mod slab;
 pub mod stream;
 pub mod tile;
+pub mod visit;
 
 pub use accel::{Accel, Scratch, Structure};
 pub use count::Work;

@@ -4,12 +4,13 @@
 use crate::blocks::Blocks;
 use crate::build::Tree;
 use crate::bundle::{Bundle, NO_CLASS, RAYS};
-use crate::bvh::{self, Key};
+use crate::bvh;
 use crate::count::Counter;
 use crate::flights;
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Question, Rays};
 use crate::tile;
+use crate::visit::Key;
 use fearless_simd::prelude::*;
 
 /// What rays are cast at.
