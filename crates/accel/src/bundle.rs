@@ -11,7 +11,7 @@
 //! the slab test comes as near to it, in exact arithmetic, as 2^-19 of the way to it: that, and the
 //! rounding here, is what `SLACK` and the margin cover.
 
-use crate::build::Node;
+use crate::tree::Node;
 use crate::lanes::{F, LANES, M, RayLanes, TURN, U, abs, dot, greater, lesser, rows3};
 use crate::rays::{HitCode, Question, Rays};
 use crate::slab::BoxLanes;
@@ -278,16 +278,38 @@ impl Bundle {
     #[inline(always)]
     pub fn is_scattered(&self, apart: f32, spread: f32) -> bool {
         let mut scattered = false;
-        for j in [self.len / 3, self.len / 2 + self.len / 6, self.len - 1] {
-            let mut way = 0.0;
-            let mut turn = 0.0;
-            for k in 0..3 {
-                way += (self.o[k][0] - self.o[k][j]).abs();
-                turn += (self.d[k][0] - self.d[k][j]).abs();
-            }
+        for j in self.samples() {
+            let (way, turn) = self.between(j);
             scattered |= turn > spread || way > apart;
         }
         scattered
+    }
+
+    /// Whether all rays of the sample start far from the first: nothing holds such rays together.
+    #[inline(always)]
+    pub fn is_strewn(&self, apart: f32) -> bool {
+        let mut strewn = self.len > LANES;
+        for j in self.samples() {
+            strewn &= self.between(j).0 > apart;
+        }
+        strewn
+    }
+
+    #[inline(always)]
+    fn samples(&self) -> [usize; 3] {
+        [self.len / 3, self.len / 2 + self.len / 6, self.len - 1]
+    }
+
+    /// How far a ray starts from the first, and how far it runs from its direction, summed over the
+    /// axes.
+    #[inline(always)]
+    fn between(&self, j: usize) -> (f32, f32) {
+        let (mut way, mut turn) = (0.0, 0.0);
+        for k in 0..3 {
+            way += (self.o[k][0] - self.o[k][j]).abs();
+            turn += (self.d[k][0] - self.d[k][j]).abs();
+        }
+        (way, turn)
     }
 
     /// The number of groups.

@@ -1,7 +1,7 @@
 //! One ray through the tree: eight boxes, then eight primitives at a time.
 
 use crate::blocks::{Block, Blocks, Shelf};
-use crate::build::{Child, Tree};
+use crate::tree::{Child, Tree};
 use crate::bundle::Bundle;
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, RayLanes};

@@ -2,7 +2,7 @@
 //! they need in the cache.
 
 use crate::blocks::Blocks;
-use crate::build::{Child, Tree};
+use crate::tree::{Child, Tree};
 use crate::bundle::{Bundle, RAYS};
 use crate::bvh::test_any_kind;
 use crate::count::{self, Counter};

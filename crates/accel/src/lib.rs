@@ -23,6 +23,7 @@
 //! | [`kernels`] | one test a shape |
 //! | [`brute`] | the definition, scalar |
 //! | [`blocks`] | primitives in lanes |
+//! | [`tree`] | nodes of eight boxes |
 //! | [`build`] | the tree by binned surface area |
 //! | [`visit`] | a node's children that a ray meets, nearest first |
 //! | [`bvh`] | one ray through the tree |
@@ -54,9 +55,11 @@ pub mod refit;
 pub mod slab;
 pub mod stream;
 pub mod tile;
+pub mod tree;
 pub mod visit;
 
 pub use accel::{Accel, Scratch, Structure};
+pub use build::Quality;
 pub use count::Work;
 pub use isa::{Isa, IsaError};
 pub use rays::{HitCode, Hits, Question, RayCounts, Rays};

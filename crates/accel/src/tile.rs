@@ -3,7 +3,7 @@
 //! are left, eight rays in lanes, against the primitive.
 
 use crate::blocks::{Block, Blocks, Shelf};
-use crate::build::{Child, Tree};
+use crate::tree::{Child, Tree};
 use crate::bundle::Bundle;
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, U};

@@ -1,7 +1,7 @@
 //! The visit of a node by one ray: which of its eight children the ray meets, nearest first.
 
 use crate::blocks::Blocks;
-use crate::build::{Child, Node, Tree};
+use crate::tree::{Child, Node, Tree};
 use crate::lanes::{F, LANES, V3, greater, lesser};
 use crate::prefetch::prefetch;
 use crate::slab::LEAVE;
