@@ -30,7 +30,8 @@
 //! | [`flights`] | several single rays at once |
 //! | [`prefetch`] | memory asked for early |
 //! | [`count`] | what a cast takes, counted |
-//! | [`bundle`] | rays that run together, and the frusta that hold them |
+//! | [`bundle`] | rays that run together |
+//! | [`frusta`] | the frusta that hold them |
 //! | [`tile`] | a bundle through the list and the tree |
 //! | [`refit`] | primitives that moved |
 //! | [`stream`] | streams to bundles and single rays |
@@ -45,6 +46,7 @@ pub mod bundle;
 pub mod bvh;
 pub mod count;
 pub mod flights;
+pub mod frusta;
 pub mod isa;
 pub mod kernels;
 pub mod known;

@@ -34,7 +34,7 @@ use crate::meant::{Script, Tell};
 use cast::Question;
 use figures::{Comparison, Figure};
 use inputs::Primitives;
-use reflet_accel::{Accel, Isa, Rays, Structure};
+use reflet_accel::{Accel, Isa, Quality, Rays, Structure};
 use reflet_film::SafeFile;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -78,6 +78,8 @@ pub struct Profile {
     pub threads: Vec<usize>,
     /// How often.
     pub repeat: usize,
+    /// How good a tree is built.
+    pub quality: Quality,
     /// Where figures are kept.
     pub save: Option<PathBuf>,
     /// Figures of an earlier run.
@@ -137,7 +139,7 @@ fn scene(
     outputs: &Outputs,
     book: &mut Book,
 ) -> Result<(), Failure> {
-    let frame = scene::load(script, frame)?;
+    let frame = scene::load(script, frame, profile.quality)?;
     if let (Some(isa), Some(threads)) = (profile.isas.first(), profile.threads.first()) {
         let name = script.path.file_stem().unwrap_or_default().to_string_lossy();
         let text = frame.write(outputs, &name, *isa, *threads)?;
@@ -182,7 +184,10 @@ fn files(
         let level = isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
         let pool = cast::pool(threads)?;
         let start = Instant::now();
-        let accel = pool.install(|| Accel::build(&geometry, level, Structure::Auto));
+        let accel = {
+            let build = || Accel::build_as(&geometry, level, Structure::Auto, profile.quality);
+            pool.install(build)
+        };
         let build = start.elapsed();
         let done = cast::cast(&accel, &pool, &streams, question, profile.repeat);
         let count: usize = streams.iter().map(Rays::len).sum();

@@ -15,7 +15,7 @@ use crate::profile::timeline::Timeline;
 use crate::profile::{Outputs, dump, heatmap, reuse};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
-use reflet_accel::{Accel, Isa, Rays, Structure, Work};
+use reflet_accel::{Accel, Isa, Quality, Rays, Structure, Work};
 use reflet_pack::{Changes, Columns, Overrides, Packer};
 use reflet_trace::BatchColours;
 use std::time::{Duration, Instant};
@@ -28,6 +28,7 @@ pub struct Frame {
     pub before: Option<(Columns, Changes)>,
     /// The stages before the tree: their names and times.
     pub stages: Vec<(&'static str, Duration)>,
+    quality: Quality,
 }
 
 /// What is measured at one level on some threads; times are of each repetition.
@@ -84,7 +85,7 @@ pub struct Kind {
 ///
 /// # Errors
 /// The script's, or there is no such frame.
-pub fn load(script: &Script, frame: u32) -> Result<Frame, Failure> {
+pub fn load(script: &Script, frame: u32, quality: Quality) -> Result<Frame, Failure> {
     let mut timer = Instant::now();
     let mut stages = Vec::new();
     let mut lap =
@@ -109,7 +110,7 @@ pub fn load(script: &Script, frame: u32) -> Result<Frame, Failure> {
     let changes = stage.with_scene(|scene| packer.update(scene));
     lap("pack, frame");
     let before = earlier.map(|columns| (columns, changes));
-    Ok(Frame { columns: packer.columns().clone(), before, stages })
+    Ok(Frame { columns: packer.columns().clone(), before, stages, quality })
 }
 
 impl Frame {
@@ -120,7 +121,7 @@ impl Frame {
 
     fn accel(&self, isa: Isa) -> Result<Accel, Failure> {
         let level = isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
-        Ok(Accel::build(&self.columns.geometry, level, Structure::Auto))
+        Ok(Accel::build_as(&self.columns.geometry, level, Structure::Auto, self.quality))
     }
 
     /// Makes the frame's colours `repeat` times, and casts its rays by kind as often.
