@@ -236,7 +236,6 @@ impl Bundle {
             shear: [at(&self.shear[0]), at(&self.shear[1]), at(&self.shear[2])],
         }
     }
-
 }
 
 impl Default for Bundle {

@@ -1,12 +1,12 @@
 //! One ray through the tree: eight boxes, then eight primitives at a time.
 
 use crate::blocks::{Block, Blocks, Shelf};
-use crate::tree::{Child, Tree};
 use crate::bundle::Bundle;
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, RayLanes};
 use crate::rays::Question;
 use crate::slab::enter;
+use crate::tree::{Child, Tree};
 use crate::visit::{Key, Slabs, Stack, visit};
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;

@@ -2,12 +2,12 @@
 //! they need in the cache.
 
 use crate::blocks::Blocks;
-use crate::tree::{Child, Tree};
 use crate::bundle::{Bundle, RAYS};
 use crate::bvh::test_any_kind;
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES};
 use crate::rays::Question;
+use crate::tree::{Child, Tree};
 use crate::visit::{Key, Slabs, Stack, ask_for, key, visit};
 use fearless_simd::prelude::*;
 

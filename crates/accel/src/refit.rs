@@ -2,9 +2,9 @@
 //! tree's shape stays until it has become a bad one.
 
 use crate::blocks::Blocks;
-use crate::tree::Tree;
 use crate::lanes::LANES;
 use crate::rays::HitCode;
+use crate::tree::Tree;
 use reflet_pack::{Geometry, PrimId, ShapeKind};
 use std::collections::BTreeSet;
 

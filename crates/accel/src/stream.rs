@@ -2,7 +2,6 @@
 //! one. What is chosen never shows in a hit.
 
 use crate::blocks::Blocks;
-use crate::tree::Tree;
 use crate::bundle::{Bundle, NO_CLASS, RAYS};
 use crate::bvh;
 use crate::count::Counter;
@@ -10,6 +9,7 @@ use crate::flights;
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Question, Rays};
 use crate::tile;
+use crate::tree::Tree;
 use crate::visit::Key;
 use fearless_simd::prelude::*;
 
@@ -122,7 +122,9 @@ impl Limits {
                 let all = f32::INFINITY;
                 return Limits { apart: all, spread: all, strewn: all };
             }
-            Way::Singly | Way::Flights => return Limits { apart: -1.0, spread: -1.0, strewn: -1.0 },
+            Way::Singly | Way::Flights => {
+                return Limits { apart: -1.0, spread: -1.0, strewn: -1.0 };
+            }
         }
         // The fewer nodes there are, the less a wide bundle visits in vain.
         let ease = (4096.0 / tree.nodes.len().max(1) as f32).sqrt();

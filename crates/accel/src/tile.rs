@@ -3,13 +3,13 @@
 //! are left, eight rays in lanes, against the primitive.
 
 use crate::blocks::{Block, Blocks, Shelf};
-use crate::tree::{Child, Tree};
 use crate::bundle::Bundle;
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, U};
 use crate::prefetch::prefetch;
 use crate::rays::Question;
 use crate::slab::{BoxLanes, enter};
+use crate::tree::{Child, Tree};
 use crate::visit::{Key, entry_of, key};
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;

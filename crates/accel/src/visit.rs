@@ -1,10 +1,10 @@
 //! The visit of a node by one ray: which of its eight children the ray meets, nearest first.
 
 use crate::blocks::Blocks;
-use crate::tree::{Child, Node, Tree};
 use crate::lanes::{F, LANES, V3, greater, lesser};
 use crate::prefetch::prefetch;
 use crate::slab::LEAVE;
+use crate::tree::{Child, Node, Tree};
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
 
