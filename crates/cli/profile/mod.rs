@@ -8,6 +8,8 @@
 //! | [`mod@scene`] | one frame of a scene |
 //! | [`passes`] | the two passes of a frame |
 //! | [`counted`] | what rays take, counted |
+//! | [`encode`] | a picture to a file in memory |
+//! | [`counters`] | what the processor counts |
 //! | [`reuse`] | what the frame before saves |
 //! | [`dump`] | a scene's primitives and rays as files |
 //! | [`heatmap`] | what each pixel costs, as a picture |
@@ -17,7 +19,9 @@
 
 pub mod cast;
 pub mod counted;
+pub mod counters;
 pub mod dump;
+pub mod encode;
 pub mod figures;
 pub mod heatmap;
 pub mod inputs;
@@ -205,6 +209,7 @@ fn files(
             primitives: geometry.len(),
             bytes_per_primitive: accel.bytes() as f64 / geometry.len().max(1) as f64,
             sah_cost: accel.sah_cost(),
+            hardware_per_ray: counters::count(&accel, &streams, question).json(count),
             ..report::Line::of(count, &done)
         };
         let figure =

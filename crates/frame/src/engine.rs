@@ -203,7 +203,7 @@ impl Engine {
     fn accelerate(&mut self, columns: &Columns, changes: Option<&Changes>) {
         let geometry = &columns.geometry;
         match (&mut self.accel, changes) {
-            (Some(accel), Some(changes)) => {
+            (Some(accel), Some(changes)) if !changes.rebuilt => {
                 let ids =
                     |s: SurfaceId| columns.surfaces.range(s.index()).map(|p| PrimId(p as u32));
                 let still_there = |c: &&SurfaceChange| c.surface.index() < columns.surfaces.len();

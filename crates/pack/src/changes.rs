@@ -48,6 +48,9 @@ pub enum LightChange {
 /// What differs between two frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
+    /// All of it, perhaps: a surface consists of other primitives than before, so that rows were
+    /// numbered anew. Nothing else is told then.
+    pub rebuilt: bool,
     /// The eye or the picture's size.
     pub view: bool,
     /// Samples a pixel.
@@ -137,7 +140,8 @@ impl Changes {
             self.surfaces.push(SurfaceChange { surface, old: old.volume, new: new.volume });
         }
         if let (Some(a), Some(b)) = (&old.bits, &new.bits) {
-            if a.cells != b.cells {
+            // All nodes of a surface that moved are made anew.
+            if !moved && (a.cells != b.cells || a.tint != b.tint) {
                 self.patterns.push(surface);
             }
             if a.materials != b.materials {
@@ -168,7 +172,7 @@ impl Changes {
 /// The scalar part of a frame, as bits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Settings {
-    view: [u64; 14],
+    view: [u64; 15],
     samples: u32,
     model: [u32; 7],
 }

@@ -12,6 +12,7 @@
 //! | [`palette`] | the surfaces that a tile sees |
 //! | [`camera`] | pixels to rays |
 //! | [`interact`] | where a ray hit, how the surface lies there |
+//! | `tint` | what pictures and expressions say at hit points |
 //! | [`lighting`] | what each light gives, and whether it is seen |
 //! | [`mirror`] | which nodes reflect, and where to |
 //! | `stream` | the rays of a level on their way to becoming nodes |
@@ -34,6 +35,7 @@ pub mod palette;
 mod segment;
 pub mod shade;
 mod stream;
+mod tint;
 pub mod touch;
 pub mod trees;
 

@@ -7,6 +7,8 @@
 
 use crate::colours::{BatchColours, FrameSettings, MaterialsByFrame};
 use crate::grid::TileRect;
+use crate::palette::Slot;
+use crate::tint::Combine;
 use crate::trees::{Level, Trees};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level as SimdLevel, dispatch, f32x4};
@@ -62,6 +64,10 @@ struct SlotTable {
     /// Slots whose nodes need their local colour again.
     stale: Vec<bool>,
     lights: usize,
+    /// How each slot's tint changes its colours.
+    tints: Vec<Combine>,
+    /// Intensities of lights.
+    emissivity: Vec<Colour>,
 }
 
 /// What of a tile's colours differs from the frame before.
@@ -180,6 +186,8 @@ impl SlotTable {
             self.ambient[0] = colour(settings.background);
         }
         self.stale.fill(all);
+        self.emissivity.clear();
+        self.emissivity.extend(settings.emissivity.iter().map(|e| colour(*e)));
         for (i, slot) in trees.palette.iter().enumerate() {
             let row = match self.changing[i] {
                 Some(c) => shader.materials.row(frame, c),
@@ -203,8 +211,12 @@ impl SlotTable {
             column.resize(rows, Colour::default());
         }
         self.stale.resize(slots, true);
+        let tint = |s: &Slot| Combine::of(shader.columns.paint(s.surface).tint.as_deref());
+        self.tints.clear();
+        self.tints.push(Combine::Nothing);
+        self.tints.extend(trees.palette.iter().map(tint));
         self.changing.clear();
-        let find = |s: &crate::palette::Slot| shader.materials.find(s.material(shader.columns));
+        let find = |s: &Slot| shader.materials.find(s.material(shader.columns));
         self.changing.extend(trees.palette.iter().map(find));
     }
 
@@ -257,9 +269,14 @@ fn local<S: Simd>(simd: S, levels: &[Level], attenuation: Attenuation, scratch: 
             scratch.local_nodes += 1;
             let mut c = f32x4::from_slice(simd, &table.ambient[slot]);
             let lit = &table.lit[slot * table.lights..][..table.lights];
-            for (lit, terms) in lit.iter().zip(&level.light) {
-                let (lit, term) = (f32x4::from_slice(simd, lit), f32x4::splat(simd, terms[row]));
-                c += if finite { lit * term } else { times(simd, lit, term) };
+            if table.tints[slot] == Combine::Nothing {
+                for (lit, terms) in lit.iter().zip(&level.light) {
+                    let lit = f32x4::from_slice(simd, lit);
+                    let term = f32x4::splat(simd, terms[row]);
+                    c += if finite { lit * term } else { times(simd, lit, term) };
+                }
+            } else {
+                c = tinted(simd, table, slot, (level, row));
             }
             if attenuation == Attenuation::Inverse {
                 c = times(simd, c, f32x4::splat(simd, 1.0 / level.total[row]));
@@ -270,11 +287,49 @@ fn local<S: Simd>(simd: S, levels: &[Level], attenuation: Attenuation, scratch: 
     }
 }
 
+/// What the surface of a tinted node gives off and scatters.
+#[inline(always)]
+fn tinted<S: Simd>(
+    simd: S,
+    table: &SlotTable,
+    slot: usize,
+    (level, row): (&Level, usize),
+) -> f32x4<S> {
+    let own = f32x4::from_slice(simd, &table.ambient[slot]);
+    let mut c = match table.tints[slot] {
+        Combine::Nothing | Combine::Instead([false, ..]) => own,
+        Combine::Times => times(simd, own, tint(simd, level, row, 0)),
+        Combine::Instead([true, ..]) => tint(simd, level, row, 0),
+    };
+    let lights = slot * table.lights..(slot + 1) * table.lights;
+    for (i, (lit, terms)) in table.lit[lights].iter().zip(&level.light).enumerate() {
+        let lit = f32x4::from_slice(simd, lit);
+        let lit = match table.tints[slot] {
+            Combine::Nothing | Combine::Instead([_, false, _]) => lit,
+            Combine::Times => times(simd, lit, tint(simd, level, row, 0)),
+            Combine::Instead([_, true, _]) => times(
+                simd,
+                tint(simd, level, row, 3),
+                f32x4::from_slice(simd, &table.emissivity[i]),
+            ),
+        };
+        c += times(simd, lit, f32x4::splat(simd, terms[row]));
+    }
+    c
+}
+
+/// Three columns of a node's tint.
+#[inline(always)]
+fn tint<S: Simd>(simd: S, level: &Level, row: usize, first: usize) -> f32x4<S> {
+    let [r, g, b] = [&level.tint[first], &level.tint[first + 1], &level.tint[first + 2]];
+    f32x4::from_slice(simd, &[r[row], g[row], b[row], 0.0])
+}
+
 /// Colours of all nodes, deepest level first, into `scratch.own`.
 #[inline(always)]
 fn mirrored<S: Simd>(simd: S, levels: &[Level], max_path: f32, scratch: &mut ShadeScratch) {
     scratch.own.copy_from_slice(&scratch.local);
-    let specular = &scratch.table.specular;
+    let (specular, tints) = (&scratch.table.specular, &scratch.table.tints);
     for depth in (1..levels.len()).rev() {
         let (parents, children) = scratch.own.split_at_mut(scratch.starts[depth]);
         let parents = &mut parents[scratch.starts[depth - 1]..];
@@ -285,10 +340,15 @@ fn mirrored<S: Simd>(simd: S, levels: &[Level], max_path: f32, scratch: &mut Sha
         for (child, parent) in children.iter().zip(&levels[depth].parent) {
             let parent = usize::from(*parent);
             if totals[parent] <= max_path {
-                let reflectivity = &specular[usize::from(slots[parent])];
+                let slot = usize::from(slots[parent]);
+                let mut reflectivity = specular[slot];
+                if tints[slot] != Combine::Nothing {
+                    let [r, g, b, _] = reflectivity;
+                    reflectivity = colour(tints[slot].specular([r, g, b], above, parent));
+                }
                 let below = f32x4::from_slice(simd, child);
                 let own = f32x4::from_slice(simd, &parents[parent]);
-                let colour = own + times(simd, f32x4::from_slice(simd, reflectivity), below);
+                let colour = own + times(simd, f32x4::from_slice(simd, &reflectivity), below);
                 colour.store_slice(&mut parents[parent]);
             }
         }

@@ -11,7 +11,7 @@ use crate::capsule::{self, Capsules, To};
 use crate::grid::TileRect;
 use crate::grow::{TraceScratch, Tracer, place};
 use crate::mirror;
-use crate::segment;
+use crate::segment::{self, Begin};
 use crate::trees::{Level, Points, Trees};
 use fearless_simd::dispatch;
 use reflet_accel::Rays;
@@ -59,6 +59,7 @@ impl Tracer<'_> {
         trees: &mut Trees,
         (s, t): (&mut TraceScratch, &mut TouchScratch),
     ) -> usize {
+        self.find_origins((rect, sample), s);
         if trees.points == Points::Dropped {
             self.locate((rect, sample), trees, (s, t));
         }
@@ -74,7 +75,7 @@ impl Tracer<'_> {
         t.grown.palette.clone_from(&trees.palette);
         self.grow_some((rect, sample), &t.pixels, &mut t.grown, s);
         graft(trees, &mut t.grown, &t.pixels);
-        Capsules::find(trees, self.columns.view.eye);
+        Capsules::find(trees, self.begin(&s.origins));
         t.pixels.len()
     }
 
@@ -101,7 +102,7 @@ impl Tracer<'_> {
             std::mem::swap(&mut s.known.rays, &mut t.next);
         }
         trees.points = Points::Kept;
-        Capsules::find(trees, self.columns.view.eye);
+        Capsules::find(trees, self.begin(&s.origins));
     }
 
     /// Marks the nodes of touched trees, level by level.
@@ -127,7 +128,7 @@ impl Tracer<'_> {
                 }
             }
             let above = depth.checked_sub(1).map(|above| &trees.levels[above]);
-            let from = (self.columns.view.eye, above);
+            let from = above.map_or(self.begin(&s.origins), |above| Begin::Above(&above.at));
             dispatch!(self.accel.level(), simd => {
                 level.capsules.near(simd, To::Ends, [&moved.new, &[]], &mut t.near);
                 for rows in capsule::flagged(&t.near, level.len()) {
@@ -140,14 +141,14 @@ impl Tracer<'_> {
                 if i >= self.columns.lights.len() || relit.binary_search(&id).is_ok() {
                     continue;
                 }
-                let at = self.columns.light_place(id).at;
+                let light = &self.columns.light_place(id);
                 let volumes = (&moved.old[..], &moved.new[..]);
                 dispatch!(self.accel.level(), simd => {
                     let both = [volumes.0, volumes.1];
-                    level.capsules.near(simd, To::Light(at), both, &mut t.near);
+                    level.capsules.near(simd, To::Light(light), both, &mut t.near);
                     for rows in capsule::flagged(&t.near, level.len()) {
                         s.tested += rows.len() as u64;
-                        segment::shadows(simd, (level, rows), (at, terms), volumes, touched);
+                        segment::shadows(simd, (level, rows), (light, terms), volumes, touched);
                     }
                 });
             }

@@ -4,7 +4,8 @@
 use fearless_simd::Fallback;
 use reflet_accel::{Accel, HitCode, Hits, Isa, RayCounts, Rays, Scratch, Structure};
 use reflet_pack::Geometry;
-use reflet_pack::lights::LightPlace;
+use reflet_pack::lights::{LightPlace, Reach};
+use reflet_scene::Falloff;
 use reflet_trace::interact::Interactions;
 use reflet_trace::lighting::aim;
 use std::collections::HashMap;
@@ -138,7 +139,13 @@ fn shadowed(
         points.find(simd, &g, &rays, &hits);
         let far = [1.1, 2.0, 30.0][batch % 3];
         let place = dice.unit().map(|x| (center + x * radius * far) as f32);
-        let light = LightPlace { at: place, axis: [0.0; 3], cos_angle: f32::NEG_INFINITY };
+        let light = LightPlace {
+            at: place,
+            axis: [0.0; 3],
+            cos_angle: -2.0,
+            reach: Reach::Near(Falloff::None),
+            slide: None,
+        };
         let (mut term, mut shadow, mut rows) = (vec![0.0; BATCH], Rays::default(), Vec::new());
         aim(simd, &light, &points, &hits.code[..BATCH], &mut term, &mut shadow, &mut rows);
         let mut occluded = Vec::new();
