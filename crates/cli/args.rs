@@ -8,7 +8,7 @@ use crate::parts::PartArgs;
 use crate::verify::VerifyArgs;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use reflet_accel::Isa;
+use reflet_accel::{Isa, Quality};
 use reflet_film::Compression;
 use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::PathBuf;
@@ -233,6 +233,9 @@ pub struct ProfileArgs {
     /// The kernels: scalar, sse2, sse4.2, avx2, avx512, neon, auto, or all that this machine has
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = isas)]
     pub isa: Isas,
+    /// How much the tree of boxes is worth: fast, balanced or high; no hit depends on it
+    #[arg(long, value_name = "LEVEL", default_value = "balanced")]
+    pub quality: Quality,
     /// Threads, at most 1024; with commas, one measurement each
     #[arg(long, value_name = "N,...", default_value = "1", value_delimiter = ',', value_parser = threads)]
     pub threads: Vec<NonZeroUsize>,

@@ -205,6 +205,7 @@ fn profile(args: ProfileArgs, console: &Console) -> Result<Profile, Failure> {
         isas: args.isa.0,
         threads: args.threads.into_iter().map(NonZeroUsize::get).collect(),
         repeat: args.repeat.get(),
+        quality: args.quality,
         save: args.save,
         against: args.against,
         tell: tell(args.json),
