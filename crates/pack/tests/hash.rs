@@ -4,7 +4,7 @@ use glam::DVec3;
 use reflet_pack::{Overrides, Packer, SceneHash, SceneHasher};
 use reflet_scene::{
     Attenuation, Camera, Checker, Falloff, Image, Material, Mesh, MeshData, Plane, PointLight,
-    Quad, Scene, Settings, Sphere, Spotlight, Surface, Tiles, TransferCurve, Triangle,
+    Quad, Scene, Settings, Shading, Sphere, Spotlight, Surface, Tiles, TransferCurve, Triangle,
 };
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -73,8 +73,13 @@ impl Nouns {
             ..MeshData::default()
         };
         // Data of its own at each call: the address counts for nothing.
-        let mesh =
-            Mesh { data: Arc::new(data), scale: 1.0, rotate: DVec3::ZERO, translate: three() };
+        let mesh = Mesh {
+            data: Arc::new(data),
+            scale: 1.0,
+            rotate: DVec3::ZERO,
+            translate: three(),
+            shading: Shading::Smooth,
+        };
         scene.spawn((mesh, wear(second)));
         scene.seal();
         scene

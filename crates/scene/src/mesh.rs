@@ -48,6 +48,16 @@ impl MeshMaterial {
     }
 }
 
+/// Which normals a mesh is lit and mirrored by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Shading {
+    /// Those of the file, where it has them: between corners they turn smoothly.
+    #[default]
+    Smooth,
+    /// Those of the triangles.
+    Faceted,
+}
+
 /// A mesh in the scene: scaled, then rotated about x, then y, then z, then translated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
@@ -59,6 +69,8 @@ pub struct Mesh {
     pub rotate: DVec3,
     /// The way of the mesh's origin, in the scene's unit.
     pub translate: DVec3,
+    /// Which normals it is lit and mirrored by.
+    pub shading: Shading,
 }
 
 impl Mesh {

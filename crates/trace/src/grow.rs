@@ -238,8 +238,8 @@ impl Tracer<'_> {
     /// Finds the points of the level's own nodes again, without a traversal.
     fn replay(&self, level: &Level, s: &mut TraceScratch) {
         s.replayed += s.known.rays.len() as u64;
-        let g = &self.columns.geometry;
-        dispatch!(self.accel.level(), simd => s.known.replay(simd, g, &level.code));
+        let columns = self.columns;
+        dispatch!(self.accel.level(), simd => s.known.replay(simd, columns, &level.code));
     }
 
     /// Finds what the new rays hit.
@@ -250,8 +250,8 @@ impl Tracer<'_> {
             kind.push(fresh.rays.clone());
         }
         self.accel.closest(&fresh.rays, &mut fresh.hits, &mut s.accel, &mut s.counts);
-        let g = &self.columns.geometry;
-        dispatch!(self.accel.level(), simd => s.fresh.find(simd, g));
+        let columns = self.columns;
+        dispatch!(self.accel.level(), simd => s.fresh.find(simd, columns));
     }
 
     /// Slots of the level's own nodes, as cells are now.
