@@ -4,10 +4,10 @@ mod oracle;
 
 use oracle::compare::compare;
 use oracle::families;
-use oracle::recursion::{Ray, raytrace, times};
+use oracle::pattern::tile;
+use oracle::recursion::{Ray, Stage, raytrace, times};
 use oracle::scene::{Attenuation, Camera, Checker, Scene, Shape, Wears};
 use oracle::script::{number, script};
-use oracle::shape::tile;
 use oracle::vec3::{Vec3, v3};
 use oracle::view::{picture, sample_position, stable};
 
@@ -121,7 +121,7 @@ fn quads_and_triangles_end_at_their_edges() {
         let mut s = one_pixel(Z, Vec3::ZERO);
         let glow = s.material(grey(1.0), Vec3::ZERO, Vec3::ZERO);
         s.surface(shape, glow);
-        raytrace(&s, Ray::of_eye(v3(x, y, 3.0), -Z)) != Vec3::ZERO
+        raytrace(&Stage::of(&s), Ray::of_eye(v3(x, y, 3.0), -Z)) != Vec3::ZERO
     };
     // The left edge of the quad runs from (-1, -1) to (0, 1), its right edge from (1, -1) to (2, 1).
     assert!(hit(quad, -0.49, 0.0) && !hit(quad, -0.51, 0.0));

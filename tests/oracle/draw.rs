@@ -113,7 +113,9 @@ impl Draw {
     pub fn checker(&mut self, scene: &mut Scene, normal: Vec3, low: f64, high: f64) -> Wears {
         let index = |wears| match wears {
             Wears::Material(i) => i,
-            Wears::Checker(_) => unreachable!("materials are drawn as materials"),
+            Wears::Checker(_) | Wears::Pattern(_) => {
+                unreachable!("materials are drawn as materials")
+            }
         };
         let (even, odd) = (index(self.material(scene, 40)), index(self.material(scene, 40)));
         let size = [self.range(low, high), self.range(low, high)];
@@ -154,6 +156,7 @@ pub fn normal_of(shape: &Shape) -> Vec3 {
         Shape::Plane { normal, .. } => normal,
         Shape::Quad { u, v, .. } => u.cross(v),
         Shape::Triangle { a, b, c } => (b - a).cross(c - a),
-        Shape::Sphere { .. } => unreachable!("spheres are not flat"),
+        Shape::Disc { normal, .. } => normal,
+        _ => unreachable!("not a flat shape"),
     }
 }

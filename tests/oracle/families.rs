@@ -25,16 +25,16 @@ pub const FACING: Family = Family { name: "facing", scene: facing };
 pub const SETTINGS: Family = Family { name: "settings", scene: settings };
 pub const SAMPLES: Family = Family { name: "samples", scene: samples };
 
-fn draw_of(seed: u64) -> Draw {
+pub fn draw_of(seed: u64) -> Draw {
     let rounding = [Rounding::Single, Rounding::Decimal, Rounding::Dyadic][(seed % 3) as usize];
     Draw::new(seed, rounding)
 }
 
 /// The stage of most families: a box over the floor, seen from the front.
-const LOW: Vec3 = v3(-3.5, 0.4, -4.0);
-const HIGH: Vec3 = v3(3.5, 3.2, 2.0);
+pub const LOW: Vec3 = v3(-3.5, 0.4, -4.0);
+pub const HIGH: Vec3 = v3(3.5, 3.2, 2.0);
 
-fn staged(d: &mut Draw) -> Scene {
+pub fn staged(d: &mut Draw) -> Scene {
     let eye = v3(d.range(-3.0, 3.0), d.range(0.6, 4.5), d.range(6.0, 9.0));
     let look_at = d.point(v3(-1.0, 0.5, -1.5), v3(1.0, 1.8, 0.5));
     let mut scene = Scene::empty(WIDTH, HEIGHT, eye, look_at);
@@ -45,7 +45,7 @@ fn staged(d: &mut Draw) -> Scene {
     scene
 }
 
-fn key_light(d: &mut Draw, scene: &mut Scene) {
+pub fn key_light(d: &mut Draw, scene: &mut Scene) {
     let at = d.point(v3(-6.0, 4.0, -1.0), v3(6.0, 8.0, 7.0));
     let emissivity = d.colour(15.0, 90.0);
     scene.light(at, emissivity);
@@ -58,7 +58,7 @@ fn ceiling_spot(d: &mut Draw, scene: &mut Scene) {
     scene.spotlight(at, aim, angle, emissivity);
 }
 
-fn floor(d: &mut Draw, scene: &mut Scene) {
+pub fn floor(d: &mut Draw, scene: &mut Scene) {
     let normal = v3(d.range(-0.1, 0.1), d.range(0.5, 2.0), d.range(-0.1, 0.1));
     let point = v3(d.range(-1.0, 1.0), 0.0, d.range(-1.0, 1.0));
     let wears =

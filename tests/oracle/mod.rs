@@ -8,13 +8,20 @@
 //! | --- | --- |
 //! | [`vec3`] | three f64s with the few operations that the recursion needs |
 //! | [`scene`] | the description of a scene |
-//! | [`shape`] | the roots, normals and pattern cells of surfaces |
+//! | [`shape`] | the roots and normals of surfaces, and where their patterns start |
+//! | [`quadric`], [`polynomial`] | the roots of surfaces around an axis |
+//! | [`uv`] | the (u, v) of surfaces |
+//! | [`place`] | groups and instances: what is shown where |
+//! | [`pattern`], [`texture`], [`shader`] | what a surface wears at a point |
+//! | [`lamp`] | what lights give to a point |
 //! | [`recursion`] | `raytrace`, as the course writes it |
-//! | [`view`] | sample positions, the two cameras, whole pictures, the stability mask |
+//! | [`view`] | sample positions, the cameras, whole pictures, the stability mask |
 //! | [`script`] | a scene printed as a Rhai script |
-//! | [`draw`] | random numbers, materials, patterns and surfaces |
-//! | [`families`] | random scenes, by kind |
+//! | [`draw`], [`draw_words`] | random numbers, materials, patterns, surfaces and lights |
+//! | [`families`], [`words`] | random scenes, by kind |
 //! | [`compare`] | the promised tolerance |
+//! | [`hand`] | scenes of a few pixels, for cases worked out by hand |
+//! | [`hold`] | whole families held against the binary |
 //! | [`binary`] | the binary's picture of a script |
 
 // Each test program includes all of this and uses a part of it.
@@ -23,10 +30,22 @@
 pub mod binary;
 pub mod compare;
 pub mod draw;
+pub mod draw_words;
 pub mod families;
+pub mod hand;
+pub mod hold;
+pub mod lamp;
+pub mod pattern;
+pub mod place;
+pub mod polynomial;
+pub mod quadric;
 pub mod recursion;
 pub mod scene;
 pub mod script;
+pub mod shader;
 pub mod shape;
+pub mod texture;
+pub mod uv;
 pub mod vec3;
 pub mod view;
+pub mod words;

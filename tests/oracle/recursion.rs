@@ -1,8 +1,30 @@
 //! `raytrace`, as the course writes it.
 
-use super::scene::{Attenuation, Light, Material, Scene, Wears};
-use super::shape::{Departure, own_normal, root, root_of_departure, tile};
+use super::lamp::{Arriving, arriving};
+use super::pattern::{Point, material};
+use super::place::{Shown, shown};
+use super::scene::{Attenuation, Scene};
+use super::shape::{Part, own_normal, root};
 use super::vec3::Vec3;
+
+/// A scene and the list of all that is in its picture.
+pub struct Stage<'a> {
+    pub scene: &'a Scene,
+    pub shown: Vec<Shown>,
+}
+
+impl Stage<'_> {
+    pub fn of(scene: &Scene) -> Stage<'_> {
+        Stage { scene, shown: shown(scene) }
+    }
+}
+
+/// What a ray leaves: one of what is shown, and the part of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Departure {
+    pub shown: usize,
+    pub part: Part,
+}
 
 /// A ray and its history: how long its path is already, what it leaves, how often it was mirrored.
 #[derive(Clone, Copy, Debug)]
@@ -28,89 +50,82 @@ pub fn times(a: f64, b: f64) -> f64 {
 }
 
 /// The light that comes back along `ray`.
-pub fn raytrace(scene: &Scene, ray: Ray) -> Vec3 {
-    if ray.total_dist > scene.settings.max_path {
+pub fn raytrace(stage: &Stage<'_>, ray: Ray) -> Vec3 {
+    let settings = &stage.scene.settings;
+    if ray.total_dist > settings.max_path {
         return Vec3::ZERO;
     }
-    let Some((surface, t)) = closest(scene, &ray) else {
-        return scene.settings.background;
+    let Some((here, t)) = closest(stage, &ray) else {
+        return settings.background;
     };
     let total_dist = ray.total_dist + t;
     let p = ray.base + ray.dir * t;
-    let shape = &scene.surfaces[surface].shape;
-    let own = own_normal(shape, p);
-    let inside = own.dot(ray.dir) > 0.0;
-    let n = if inside { -own } else { own };
-    let here = Departure { surface, inside };
-    let material = material(scene, surface, p);
+
+    // The point and the normal in the surface's own coordinates, then in the world.
+    let copy = &stage.shown[here.shown];
+    let shape = &stage.scene.surfaces[copy.surface].shape;
+    let (own_p, own_dir) = (copy.point_within(p), copy.direction_within(ray.dir));
+    let own = own_normal(shape, here.part, own_p);
+    let facing = if own.dot(own_dir) > 0.0 { -own } else { own };
+    let n = copy.normal_shown(facing);
+    let at = Point { p: own_p, part: here.part, facing };
+    let material = material(stage.scene, copy.surface, at);
 
     let mut intensity = material.ambient;
-    for light in &scene.lights {
-        let geometry = cos_over_r(scene, light, p, n, here);
+    for light in arriving(stage.scene, p) {
+        let geometry = seen(stage, &light, p, n, here);
         let scattered = material.diffuse.zip(light.emissivity, times);
         intensity += scattered.map(|x| times(x, geometry));
     }
-    if scene.settings.attenuation == Attenuation::Inverse {
+    if settings.attenuation == Attenuation::Inverse {
         intensity = intensity / total_dist;
     }
-    if material.specular != Vec3::ZERO && ray.depth < scene.settings.max_bounces {
+    if material.specular != Vec3::ZERO && ray.depth < settings.max_bounces {
         let u = -ray.dir;
         // `unit` only takes away what 16 bounces would add up in rounding.
         let v = (n * (2.0 * u.dot(n)) - u).unit();
         let mirrored =
             Ray { base: p, dir: v, total_dist, last_hit: Some(here), depth: ray.depth + 1 };
-        intensity += material.specular.zip(raytrace(scene, mirrored), times);
+        intensity += material.specular.zip(raytrace(stage, mirrored), times);
     }
     intensity
 }
 
-/// The nearest surface along the ray and the way to it; of equals, the one made first.
-fn closest(scene: &Scene, ray: &Ray) -> Option<(usize, f64)> {
-    let mut best: Option<(usize, f64)> = None;
-    for i in 0..scene.surfaces.len() {
-        if let Some(t) = root_of(scene, i, ray.last_hit, ray.base, ray.dir)
+/// What the ray meets first, and the way to it; of equals, the one made first.
+fn closest(stage: &Stage<'_>, ray: &Ray) -> Option<(Departure, f64)> {
+    let mut best: Option<(Departure, f64)> = None;
+    for i in 0..stage.shown.len() {
+        if let Some((t, part)) = root_of(stage, i, ray.last_hit, ray.base, ray.dir)
             && best.is_none_or(|(_, nearest)| t < nearest)
         {
-            best = Some((i, t));
+            best = Some((Departure { shown: i, part }, t));
         }
     }
     best
 }
 
-fn root_of(scene: &Scene, i: usize, last: Option<Departure>, base: Vec3, dir: Vec3) -> Option<f64> {
-    let shape = &scene.surfaces[i].shape;
-    match last {
-        Some(departure) if departure.surface == i => {
-            root_of_departure(shape, departure.inside, base, dir)
-        }
-        _ => root(shape, base, dir),
-    }
+fn root_of(
+    stage: &Stage<'_>,
+    i: usize,
+    last: Option<Departure>,
+    base: Vec3,
+    dir: Vec3,
+) -> Option<(f64, Part)> {
+    let copy = &stage.shown[i];
+    let shape = &stage.scene.surfaces[copy.surface].shape;
+    let leaves = last.filter(|departure| departure.shown == i).map(|departure| departure.part);
+    root(shape, copy.point_within(base), copy.direction_within(dir), leaves)
 }
 
-fn material(scene: &Scene, surface: usize, p: Vec3) -> &Material {
-    let surface = &scene.surfaces[surface];
-    match surface.wears {
-        Wears::Material(i) => &scene.materials[i],
-        Wears::Checker(i) => &scene.materials[tile(&surface.shape, &scene.checkers[i], p)],
-    }
-}
-
-/// `cos / r` of `light` at `p`, or 0 where the light is not seen.
-fn cos_over_r(scene: &Scene, light: &Light, p: Vec3, n: Vec3, here: Departure) -> f64 {
-    let way = light.at - p;
-    let r = way.length();
-    let dir = way / r;
-    let cos = n.dot(dir);
+/// What the light's emissivity is multiplied with at `p`, or 0 where the light is not seen.
+fn seen(stage: &Stage<'_>, light: &Arriving, p: Vec3, n: Vec3, here: Departure) -> f64 {
+    let cos = n.dot(light.dir);
     // A light exactly at `p` has no cosine (NaN), so it is not in front.
     let in_front = cos > 0.0;
-    let in_cone = light.cone.is_none_or(|cone| {
-        let axis = (cone.aim - light.at).unit();
-        axis.dot(-dir) > cone.half_width_degrees.to_radians().cos()
-    });
-    if !in_front || !in_cone {
+    if !in_front {
         return 0.0;
     }
-    let blocked = (0..scene.surfaces.len())
-        .any(|i| root_of(scene, i, Some(here), p, dir).is_some_and(|t| t < r));
-    if blocked { 0.0 } else { cos / r }
+    let blocked = (0..stage.shown.len())
+        .any(|i| root_of(stage, i, Some(here), p, light.dir).is_some_and(|(t, _)| t < light.reach));
+    if blocked { 0.0 } else { cos * light.weight }
 }

@@ -1,6 +1,12 @@
 //! A scene printed as a script, so that the binary can render the very same one.
 
-use super::scene::{Attenuation, Camera, Checker, Material, Scene, Settings, Shape, Wears};
+use super::place::Motion;
+use super::scene::{
+    Attenuation, Camera, Checker, Falloff, Handle, Light, Material, Of, Pattern, Scene, Settings,
+    Shape, Wears,
+};
+use super::shader::Function;
+use super::texture::Filter;
 use super::vec3::Vec3;
 use std::fmt::Write as _;
 
@@ -50,18 +56,21 @@ fn write_script(out: &mut String, scene: &Scene) -> std::fmt::Result {
             number(window[0]),
             number(window[1])
         )?,
+        Camera::Ortho { eye, look_at, up, height } => writeln!(
+            out,
+            "camera(#{{ eye: {}, look_at: {}, up: {}, ortho: {} }});",
+            vector(eye),
+            vector(look_at),
+            vector(up),
+            number(height)
+        )?,
     }
     for light in &scene.lights {
-        let (at, emissivity) = (vector(light.at), colour(light.emissivity));
-        match light.cone {
-            None => writeln!(out, "light(#{{ at: {at}, emissivity: {emissivity} }});")?,
-            Some(cone) => writeln!(
-                out,
-                "spotlight(#{{ at: {at}, aim: {}, angle: {}, emissivity: {emissivity} }});",
-                vector(cone.aim),
-                number(cone.half_width_degrees)
-            )?,
-        }
+        self::light(out, scene, light)?;
+    }
+    for sun in &scene.suns {
+        let (direction, emissivity) = (vector(sun.direction), colour(sun.emissivity));
+        writeln!(out, "sun(#{{ direction: {direction}, emissivity: {emissivity} }});")?;
     }
     for (i, material) in scene.materials.iter().enumerate() {
         writeln!(out, "let m{i} = {};", self::material(material))?;
@@ -75,14 +84,135 @@ fn write_script(out: &mut String, scene: &Scene) -> std::fmt::Result {
             vector(*xdir)
         )?;
     }
-    for surface in &scene.surfaces {
+    for (i, pattern) in scene.patterns.iter().enumerate() {
+        writeln!(out, "let p{i} = {};", self::pattern(scene, pattern))?;
+    }
+    for (i, surface) in scene.surfaces.iter().enumerate() {
         let wears = match surface.wears {
             Wears::Material(i) => format!("m{i}"),
             Wears::Checker(i) => format!("c{i}"),
+            Wears::Pattern(i) => format!("p{i}"),
         };
-        writeln!(out, "{}, material: {wears} }});", shape(&surface.shape))?;
+        let visible = if surface.visible { "" } else { ", visible: false" };
+        // Named only where something names it.
+        let name = if scene.things.is_empty() { String::new() } else { format!("let s{i} = ") };
+        writeln!(out, "{name}{}, material: {wears}{visible} }});", shape(&surface.shape))?;
+    }
+    for (i, thing) in scene.things.iter().enumerate() {
+        let moved = motion(&thing.motion, thing.visible);
+        match &thing.of {
+            Of::Group(members) => {
+                let members: Vec<String> = members.iter().map(|m| handle(*m)).collect();
+                writeln!(out, "let t{i} = group([{}], {moved});", members.join(", "))?;
+            }
+            Of::Instance(of) => writeln!(out, "let t{i} = instance({}, {moved});", handle(*of))?,
+        }
     }
     Ok(())
+}
+
+fn light(out: &mut String, scene: &Scene, light: &Light) -> std::fmt::Result {
+    let (at, emissivity) = (vector(light.at), colour(light.emissivity));
+    let falloff = match light.falloff {
+        Falloff::Inverse => "",
+        Falloff::None => ", falloff: \"none\"",
+        Falloff::Square => ", falloff: \"square\"",
+    };
+    match (&light.cone, &light.slide) {
+        (None, None) => write!(out, "light(#{{ at: {at}")?,
+        (Some(cone), _) => write!(
+            out,
+            "spotlight(#{{ at: {at}, aim: {}, angle: {}",
+            vector(cone.aim),
+            number(cone.half_width_degrees)
+        )?,
+        (None, Some(slide)) => write!(
+            out,
+            "projector(#{{ at: {at}, aim: {}, up: {}, angle: {}, file: \"{}\"",
+            vector(slide.aim),
+            vector(slide.up),
+            number(slide.half_width_degrees),
+            scene.textures[slide.texture].file
+        )?,
+    }
+    writeln!(out, ", emissivity: {emissivity}{falloff} }});")
+}
+
+fn pattern(scene: &Scene, pattern: &Pattern) -> String {
+    let quality = |filter: Filter| match filter {
+        Filter::Bilinear => "bilinear",
+        Filter::Nearest => "nearest",
+    };
+    match *pattern {
+        Pattern::Solid { even, odd, size } => format!(
+            "checker(#{{ even: m{even}, odd: m{odd}, size: {} }})",
+            vector(super::vec3::Vec3(size))
+        ),
+        Pattern::Stripes { even, odd, width, xdir } => format!(
+            "stripes(#{{ even: m{even}, odd: m{odd}, width: {}, xdir: {} }})",
+            number(width),
+            vector(xdir)
+        ),
+        Pattern::Fit { base, texture, filter } => format!(
+            "textured(#{{ base: m{base}, file: \"{}\", filter: \"{}\" }})",
+            scene.textures[texture].file,
+            quality(filter)
+        ),
+        Pattern::Tile { base, texture, filter, size, xdir } => format!(
+            "textured(#{{ base: m{base}, file: \"{}\", mode: \"tile\", filter: \"{}\", size: [{}, {}], xdir: {} }})",
+            scene.textures[texture].file,
+            quality(filter),
+            number(size[0]),
+            number(size[1]),
+            vector(xdir)
+        ),
+        Pattern::Shader { base, shader } => {
+            let parts: Vec<String> = [
+                ("ambient", shader.ambient),
+                ("diffuse", shader.diffuse),
+                ("specular", shader.specular),
+            ]
+            .iter()
+            .filter_map(|(name, f)| f.map(|f| format!(", {name}: {}", function(&f))))
+            .collect();
+            format!("shader(#{{ base: m{base}{} }})", parts.join(""))
+        }
+    }
+}
+
+/// A shader's function, with its numbers in place of their names.
+fn function(f: &Function) -> String {
+    let mut text = f.code.script.to_owned();
+    for (i, k) in f.k.iter().enumerate() {
+        text = text.replace(&format!("k{i}"), &number(*k));
+    }
+    format!("|p| {text}")
+}
+
+fn handle(handle: Handle) -> String {
+    match handle {
+        Handle::Surface(i) => format!("s{i}"),
+        Handle::Thing(i) => format!("t{i}"),
+    }
+}
+
+/// The map of a group or an instance, with what is not its default.
+fn motion(motion: &Motion, visible: bool) -> String {
+    let mut parts = Vec::new();
+    if motion.translate != Motion::NONE.translate {
+        parts.push(format!("translate: {}", vector(motion.translate)));
+    }
+    if motion.rotate != Motion::NONE.rotate {
+        parts.push(format!("rotate: {}", vector(motion.rotate)));
+    }
+    if motion.scale != Motion::NONE.scale {
+        // One number for all three, as for a grey.
+        parts.push(format!("scale: {}", colour(motion.scale)));
+    }
+    if !visible {
+        parts.push("visible: false".to_owned());
+    }
+    format!("#{{ {} }}", parts.join(", "))
 }
 
 fn settings(out: &mut String, settings: &Settings) -> std::fmt::Result {
@@ -132,5 +262,44 @@ fn shape(shape: &Shape) -> String {
         Shape::Triangle { a, b, c } => {
             format!("triangle(#{{ a: {}, b: {}, c: {}", vector(a), vector(b), vector(c))
         }
+        Shape::Disc { center, normal, radius } => format!(
+            "disc(#{{ center: {}, normal: {}, radius: {}",
+            vector(center),
+            vector(normal),
+            number(radius)
+        ),
+        Shape::Cuboid { min, max } => {
+            format!("cuboid(#{{ min: {}, max: {}", vector(min), vector(max))
+        }
+        Shape::Cylinder { base, axis, radius, height, caps } => {
+            format!("cylinder(#{{ base: {}, {}", vector(base), turned(axis, radius, height, caps))
+        }
+        Shape::Cone { apex, axis, radius, height, caps } => {
+            format!("cone(#{{ apex: {}, {}", vector(apex), turned(axis, radius, height, caps))
+        }
+        Shape::Paraboloid { vertex, axis, radius, height, caps } => {
+            let rest = turned(axis, radius, height, caps);
+            format!("paraboloid(#{{ vertex: {}, {rest}", vector(vertex))
+        }
+        Shape::Hyperboloid { center, axis, radius, waist, height, caps } => {
+            let rest = turned(axis, radius, height, caps);
+            format!("hyperboloid(#{{ center: {}, waist: {}, {rest}", vector(center), number(waist))
+        }
+        Shape::Ellipsoid { center, radii } => {
+            format!("ellipsoid(#{{ center: {}, radii: {}", vector(center), vector(radii))
+        }
+        Shape::Torus { center, axis, major, minor } => format!(
+            "torus(#{{ center: {}, axis: {}, major: {}, minor: {}",
+            vector(center),
+            vector(axis),
+            number(major),
+            number(minor)
+        ),
     }
+}
+
+/// The keys that all quadrics have.
+fn turned(axis: Vec3, radius: f64, height: f64, caps: bool) -> String {
+    let caps = if caps { ", caps: true" } else { "" };
+    format!("axis: {}, radius: {}, height: {}{caps}", vector(axis), number(radius), number(height))
 }

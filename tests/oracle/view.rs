@@ -1,6 +1,6 @@
 //! From the eye to whole pictures, and which pixels of them are stable.
 
-use super::recursion::{Ray, raytrace};
+use super::recursion::{Ray, Stage, raytrace};
 use super::scene::{Camera, Scene};
 use super::vec3::{Vec3, v3};
 
@@ -32,7 +32,9 @@ pub fn sample_position(i: usize) -> (f64, f64) {
 
 /// The view with its frame worked out: `right` and `up` span the picture, both of length 1.
 struct Eye {
+    /// Where rays start at picture coordinates (0, 0), and how far that moves along them.
     base: Vec3,
+    spread: [f64; 2],
     right: Vec3,
     up: Vec3,
     /// A direction (not of length 1) at picture coordinates (0, 0), and its changes along them.
@@ -49,10 +51,20 @@ impl Eye {
                 let k = (fov_degrees.to_radians() / 2.0).tan();
                 let aspect = scene.width as f64 / scene.height as f64;
                 let up = right.cross(forward);
-                Eye { base: eye, right, up, forward, reach: [k * aspect, k] }
+                let reach = [k * aspect, k];
+                Eye { base: eye, spread: [0.0; 2], right, up, forward, reach }
+            }
+            Camera::Ortho { eye, look_at, up, height } => {
+                let forward = (look_at - eye).unit();
+                let right = forward.cross(up).unit();
+                let half = height / 2.0;
+                let spread = [half * scene.width as f64 / scene.height as f64, half];
+                let up = right.cross(forward);
+                Eye { base: eye, spread, right, up, forward, reach: [0.0; 2] }
             }
             Camera::Window { viewpoint, window } => Eye {
                 base: viewpoint,
+                spread: [0.0; 2],
                 right: v3(1.0, 0.0, 0.0),
                 up: v3(0.0, 1.0, 0.0),
                 forward: -viewpoint,
@@ -61,34 +73,36 @@ impl Eye {
         }
     }
 
-    /// The direction of length 1 through the point (x, y) of the picture, in pixels.
-    fn direction(&self, scene: &Scene, x: f64, y: f64) -> Vec3 {
+    /// The origin of the ray through the point (x, y) of the picture, in pixels, and its
+    /// direction of length 1.
+    fn ray(&self, scene: &Scene, x: f64, y: f64) -> (Vec3, Vec3) {
         let across = 2.0 * x / scene.width as f64 - 1.0;
         let upward = 1.0 - 2.0 * y / scene.height as f64;
-        let [reach_x, reach_y] = self.reach;
-        (self.forward + self.right * (across * reach_x) + self.up * (upward * reach_y)).unit()
+        let moved = |[a, b]: [f64; 2]| self.right * (across * a) + self.up * (upward * b);
+        (self.base + moved(self.spread), (self.forward + moved(self.reach)).unit())
     }
 }
 
 /// The pixel (x, y): the plain mean of its samples, each with its direction moved by `nudge`
 /// (to the right, upward).
-fn pixel(scene: &Scene, eye: &Eye, x: usize, y: usize, nudge: [f64; 2]) -> Vec3 {
+fn pixel(stage: &Stage<'_>, eye: &Eye, x: usize, y: usize, nudge: [f64; 2]) -> Vec3 {
+    let scene = stage.scene;
     let mut sum = Vec3::ZERO;
     for i in 0..scene.samples {
         let (a, b) = sample_position(i);
-        let dir = eye.direction(scene, x as f64 + a, y as f64 + b);
+        let (base, dir) = eye.ray(scene, x as f64 + a, y as f64 + b);
         let moved = dir + eye.right * nudge[0] + eye.up * nudge[1];
         let dir = if nudge == [0.0, 0.0] { dir } else { moved.unit() };
-        sum += raytrace(scene, Ray::of_eye(eye.base, dir));
+        sum += raytrace(stage, Ray::of_eye(base, dir));
     }
     sum / scene.samples as f64
 }
 
 /// The picture of `scene`.
 pub fn picture(scene: &Scene) -> Picture {
-    let eye = Eye::of(scene);
+    let (stage, eye) = (Stage::of(scene), Eye::of(scene));
     let pixels = (0..scene.width * scene.height)
-        .map(|i| pixel(scene, &eye, i % scene.width, i / scene.width, [0.0, 0.0]))
+        .map(|i| pixel(&stage, &eye, i % scene.width, i / scene.width, [0.0, 0.0]))
         .collect();
     Picture { width: scene.width, height: scene.height, pixels }
 }
@@ -98,7 +112,7 @@ pub fn picture(scene: &Scene) -> Picture {
 /// down (in the picture's own frame). Four directions, since a pixel just beside an edge changes
 /// under the ones that cross it only.
 pub fn stable(scene: &Scene, picture: &Picture) -> Vec<bool> {
-    let eye = Eye::of(scene);
+    let (stage, eye) = (Stage::of(scene), Eye::of(scene));
     let nudges = [[NUDGE, 0.0], [-NUDGE, 0.0], [0.0, NUDGE], [0.0, -NUDGE]];
     picture
         .pixels
@@ -106,7 +120,7 @@ pub fn stable(scene: &Scene, picture: &Picture) -> Vec<bool> {
         .enumerate()
         .map(|(i, value)| {
             nudges.iter().all(|nudge| {
-                let moved = pixel(scene, &eye, i % scene.width, i / scene.width, *nudge);
+                let moved = pixel(&stage, &eye, i % scene.width, i / scene.width, *nudge);
                 relative_error(*value, moved) <= STABLE_WITHIN
             })
         })

@@ -116,7 +116,8 @@ fn key_place(ast: &AST, call: Position, trouble: &Trouble) -> Option<Position> {
                 if *at == call =>
             {
                 let steps = &trouble.path;
-                if let Some(map) = x.args.first() {
+                // Makers take one map; `group` and `instance` take it last.
+                if let Some(map) = x.args.last() {
                     let map = literal(ast, map);
                     found = in_map(map, steps, trouble.unknown.as_deref());
                 }

@@ -39,6 +39,13 @@ pub(crate) fn values(
         };
         values.push((at, value(state, Kind(form), info, given, call)?));
     }
+    let solid = |value: &(usize, Value)| matches!(value.1, Value::Tiles(Tiles::Solid(_)));
+    if map.contains_key("xdir") && values.iter().any(solid) {
+        return Err(Trouble::with_key(
+            "xdir",
+            "`xdir` does not go with a `size` of three numbers: blocks lie along the scene's axes",
+        ));
+    }
     if let Some(missing) =
         form.keys().iter().find(|info| info.default.is_none() && !map.contains_key(info.name))
     {

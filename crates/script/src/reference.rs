@@ -172,6 +172,11 @@ pub(crate) fn usage(name: &str) -> Option<String> {
     if let Some(helper) = HELPERS.iter().find(|h| h.name == name) {
         return Some(helper.usage.to_owned());
     }
+    match name {
+        "group" => return Some("group([a, b, ...]) or group([a, b, ...], #{ ... })".to_owned()),
+        "instance" => return Some("instance(thing) or instance(thing, #{ ... })".to_owned()),
+        _ => {}
+    }
     let forms: Vec<String> = FORMS
         .iter()
         .filter(|form| form.maker() == name)

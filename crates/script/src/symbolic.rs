@@ -233,6 +233,15 @@ pub(crate) fn any_symbolic(values: &[&Dynamic]) -> bool {
     })
 }
 
+/// The vector of three numbers.
+pub(crate) fn three(numbers: [&Dynamic; 3]) -> Fallible<Dynamic> {
+    let number = |v: &Dynamic| {
+        one(v).ok_or_else(|| trouble(format!("`vec3` takes a number, got {}", describe(v))))
+    };
+    let [x, y, z] = numbers;
+    Ok(Numbers::Three([number(x)?, number(y)?, number(z)?]).dynamic())
+}
+
 /// a (1 - t) + b t.
 pub(crate) fn mix(a: &Dynamic, b: &Dynamic, t: &Dynamic) -> Fallible<Dynamic> {
     let [a, b, t] = [a, b, t].map(|v| Numbers::need("mix", v));

@@ -1,7 +1,7 @@
 //! `vec3`, the vector and the colour of scripts, with its operators.
 
 use crate::trouble::{Fallible, trouble};
-use crate::value;
+use crate::{symbolic, value};
 use glam::DVec3;
 use rhai::{Array, Dynamic, Engine};
 
@@ -90,9 +90,12 @@ const ARRAY_SUM: &str = "arrays do not add: write vec3(...) for a sum of vectors
 /// Registers the type and its operators.
 pub(crate) fn register(engine: &mut Engine) {
     engine.register_type_with_name::<Vec3>("vec3");
-    engine.register_fn("vec3", |x: Dynamic, y: Dynamic, z: Dynamic| -> Fallible<Vec3> {
+    engine.register_fn("vec3", |x: Dynamic, y: Dynamic, z: Dynamic| -> Fallible<Dynamic> {
+        if symbolic::any_symbolic(&[&x, &y, &z]) {
+            return symbolic::three([&x, &y, &z]);
+        }
         let at = |v: &Dynamic| value::need_number("vec3", v);
-        Ok(Vec3(DVec3::new(at(&x)?, at(&y)?, at(&z)?)))
+        Ok(Dynamic::from(Vec3(DVec3::new(at(&x)?, at(&y)?, at(&z)?))))
     });
     engine.register_fn("vec3", |v: Dynamic| -> Fallible<Vec3> {
         value::need_colour("vec3", &v).map(Vec3)

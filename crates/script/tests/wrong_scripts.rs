@@ -49,9 +49,12 @@ fn every_wrong_script_says_what_is_wrong_where() {
     let folder = std::env::temp_dir().join(format!("reflet-wrong-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("tri.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    // One pixel.
+    std::fs::write(folder.join("dot.ppm"), "P6 1 1 255\nabc").unwrap();
     let shown = folder.display().to_string();
-    let cases = table(include_str!("wrong_scripts.txt"));
-    assert!(cases.len() >= 60, "{} cases", cases.len());
+    let mut cases = table(include_str!("wrong_scripts.txt"));
+    cases.extend(table(include_str!("wrong_words.txt")));
+    assert!(cases.len() >= 200, "{} cases", cases.len());
     let mut wrong = Vec::new();
     for case in &cases {
         let expected: Vec<String> =
