@@ -35,7 +35,7 @@ pub(crate) enum ShapeBits {
     Hidden,
     /// The address of the shared triangles, the placement, what moves it on, and whether it is
     /// smooth.
-    Mesh(usize, [u64; 7], Option<[u64; 12]>, bool),
+    Mesh(usize, [u64; 7], Option<Box<[u64; 12]>>, bool),
     /// Its primitive, as most surfaces have one.
     One(PartBits),
     /// Its primitives.
@@ -115,7 +115,7 @@ impl Columns {
             }
             let data = std::sync::Arc::as_ptr(&mesh.data) as usize;
             let is_smooth = self.surfaces.smooth[i].is_some();
-            return ShapeBits::Mesh(data, bits, self.surfaces.moved_by[i], is_smooth);
+            return ShapeBits::Mesh(data, bits, self.surfaces.moved_by[i].clone(), is_smooth);
         }
         let mut prims = self.surfaces.range(i).map(|prim| self.part_bits(PrimId(prim as u32)));
         match (self.surfaces.prims[i], prims.next()) {

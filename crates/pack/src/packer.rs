@@ -453,8 +453,8 @@ fn is_pattern(scene: &Scene, key: Key) -> bool {
         || scene.has::<Shader>(key)
 }
 
-fn affine_bits(to: DAffine3) -> [u64; 12] {
-    to.to_cols_array().map(f64::to_bits)
+fn affine_bits(to: DAffine3) -> Box<[u64; 12]> {
+    Box::new(to.to_cols_array().map(f64::to_bits))
 }
 
 /// Rows made for one frame, kept until they are compared with the next frame's.

@@ -43,7 +43,7 @@ pub struct Surfaces {
     /// The placement, for those that are meshes.
     pub mesh: Vec<Option<Arc<Mesh>>>,
     /// For meshes, the bits of the way that groups and instances move them on, if they do.
-    pub moved_by: Vec<Option<[u64; 12]>>,
+    pub moved_by: Vec<Option<Box<[u64; 12]>>>,
     /// For meshes that are lit by their file's normals, the turn of these, but for their length.
     pub smooth: Vec<Option<Box<[[f64; 3]; 3]>>>,
     /// How many wear a texture.
