@@ -93,7 +93,7 @@ pub fn rays(columns: &Columns, stream: Stream, t_max: f32) -> Rays {
         let (origin, dir) = match stream {
             Stream::Camera => {
                 let [x, y] = [i % EDGE, i / EDGE].map(|k| (f64::from(k) + 0.5) / f64::from(EDGE));
-                (view.eye, view.direction(x * width, y * height))
+                view.ray(x * width, y * height)
             }
             Stream::Random => {
                 let from = within(&mut random, ROOM);

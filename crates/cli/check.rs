@@ -99,6 +99,13 @@ fn describe(scene: &Scene, shapes: &Shapes) -> String {
             point(look_at),
             number(fov_degrees)
         ),
+        Some(Camera::Parallel { eye, look_at, height, .. }) => writeln!(
+            text,
+            "camera      at {}, looking at {}, parallel rays, {} high",
+            point(eye),
+            point(look_at),
+            number(height)
+        ),
         Some(Camera::Window { viewpoint, window: [width, height] }) => writeln!(
             text,
             "camera      at {}, through a window of {} x {}",

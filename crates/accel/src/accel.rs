@@ -62,7 +62,7 @@ impl Accel {
         };
         let (mut leaves, mut tree) = (Blocks::default(), Tree::default());
         if as_list {
-            for kind in [ShapeKind::Sphere, ShapeKind::Quad, ShapeKind::Triangle] {
+            for kind in ShapeKind::ALL.into_iter().filter(|kind| *kind != ShapeKind::Plane) {
                 push(&mut list, geometry, kind, &visible(kind));
             }
         } else {

@@ -1,11 +1,11 @@
 //! Primitives in lanes: what leaves hold.
 
 use crate::kernels::{self, Candidate, PlaneLanes, QuadLanes, SphereLanes, TriangleLanes};
-use crate::lanes::{F, LANES, RayLanes, U, V3, splat3};
+use crate::lanes::{F, LANES, RayLanes, U, V3};
 use crate::rays::HitCode;
-use crate::slab::BoxLanes;
+use crate::slab::{self, BoxLanes};
 use fearless_simd::prelude::*;
-use reflet_pack::{Aabb, Geometry, PrimId, ShapeKind};
+use reflet_pack::{Aabb, Form, Geometry, PrimId, ShapeKind, Solid};
 
 type Lane = [f32; LANES];
 
@@ -46,41 +46,59 @@ impl Frame {
     /// The boxes in lanes.
     #[inline(always)]
     pub fn boxes<S: Simd>(&self, simd: S) -> BoxLanes<S> {
-        BoxLanes { lo: lanes(simd, &self.lo), hi: lanes(simd, &self.hi) }
+        self.pick(simd, Pick::Each)
     }
 
     /// The box of one lane, in all lanes.
     #[inline(always)]
     pub fn box_of<S: Simd>(&self, simd: S, lane: usize) -> BoxLanes<S> {
-        BoxLanes { lo: splat(simd, &self.lo, lane), hi: splat(simd, &self.hi, lane) }
+        self.pick(simd, Pick::One(lane))
+    }
+
+    #[inline(always)]
+    fn pick<S: Simd>(&self, simd: S, pick: Pick) -> BoxLanes<S> {
+        BoxLanes { lo: vectors(simd, &self.lo, pick), hi: vectors(simd, &self.hi, pick) }
+    }
+}
+
+/// Which lanes of a block are asked for.
+#[derive(Clone, Copy)]
+pub enum Pick {
+    /// Each in its own place.
+    Each,
+    /// One, in all places.
+    One(usize),
+}
+
+#[inline(always)]
+fn floats<S: Simd>(simd: S, v: &Lane, pick: Pick) -> F<S> {
+    match pick {
+        Pick::Each => F::from_slice(simd, v),
+        Pick::One(lane) => F::splat(simd, v[lane]),
     }
 }
 
 #[inline(always)]
-fn lanes<S: Simd>(simd: S, v: &[Lane; 3]) -> V3<S> {
-    [F::from_slice(simd, &v[0]), F::from_slice(simd, &v[1]), F::from_slice(simd, &v[2])]
+fn codes<S: Simd>(simd: S, v: &[u32; LANES], pick: Pick) -> U<S> {
+    match pick {
+        Pick::Each => U::from_slice(simd, v),
+        Pick::One(lane) => U::splat(simd, v[lane]),
+    }
 }
 
 #[inline(always)]
-fn splat<S: Simd>(simd: S, v: &[Lane; 3], lane: usize) -> V3<S> {
-    [F::splat(simd, v[0][lane]), F::splat(simd, v[1][lane]), F::splat(simd, v[2][lane])]
+fn vectors<S: Simd>(simd: S, v: &[Lane; 3], pick: Pick) -> V3<S> {
+    turned(simd, v, [0, 1, 2], pick)
 }
 
-/// [`lanes`] with the axes in another order.
+/// [`vectors`] with the axes in another order.
 #[inline(always)]
-fn turned<S: Simd>(simd: S, v: &[Lane; 3], turn: [usize; 3]) -> V3<S> {
-    lanes_of(simd, [&v[turn[0]], &v[turn[1]], &v[turn[2]]])
-}
-
-#[inline(always)]
-fn lanes_of<S: Simd>(simd: S, v: [&Lane; 3]) -> V3<S> {
-    [F::from_slice(simd, v[0]), F::from_slice(simd, v[1]), F::from_slice(simd, v[2])]
-}
-
-/// [`splat`] with the axes in another order.
-#[inline(always)]
-fn turned_one<S: Simd>(simd: S, v: &[Lane; 3], turn: [usize; 3], lane: usize) -> V3<S> {
-    splat3(simd, [v[turn[0]][lane], v[turn[1]][lane], v[turn[2]][lane]])
+fn turned<S: Simd>(simd: S, v: &[Lane; 3], turn: [usize; 3], pick: Pick) -> V3<S> {
+    [
+        floats(simd, &v[turn[0]], pick),
+        floats(simd, &v[turn[1]], pick),
+        floats(simd, &v[turn[2]], pick),
+    ]
 }
 
 fn put(column: &mut [Lane; 3], lane: usize, v: [f32; 3]) {
@@ -95,10 +113,20 @@ pub trait Block: Default + Clone + Send + Sync {
     fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId);
     /// The code of each lane; [`crate::lanes::NO_PRIM`] where there is none.
     fn codes(&self) -> &[u32; LANES];
+    /// Rays in lanes against the primitives of `pick`, place by place.
+    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S>;
+
     /// One ray against all lanes.
-    fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S>;
+    #[inline(always)]
+    fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S> {
+        self.against(simd, ray, Pick::Each)
+    }
+
     /// Eight rays against one lane.
-    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S>;
+    #[inline(always)]
+    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S> {
+        self.against(simd, ray, Pick::One(lane))
+    }
 }
 
 /// Spheres.
@@ -123,18 +151,10 @@ impl Block for SphereBlock {
     }
 
     #[inline(always)]
-    fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S> {
-        let center = lanes(simd, &self.center);
-        let radius = F::from_slice(simd, &self.radius);
-        let code = U::from_slice(simd, &self.code);
-        kernels::sphere(simd, ray, &SphereLanes { center, radius, code })
-    }
-
-    #[inline(always)]
-    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S> {
-        let center = splat(simd, &self.center, lane);
-        let radius = F::splat(simd, self.radius[lane]);
-        let code = U::splat(simd, self.code[lane]);
+    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S> {
+        let center = vectors(simd, &self.center, pick);
+        let radius = floats(simd, &self.radius, pick);
+        let code = codes(simd, &self.code, pick);
         kernels::sphere(simd, ray, &SphereLanes { center, radius, code })
     }
 }
@@ -161,16 +181,9 @@ impl Block for PlaneBlock {
     }
 
     #[inline(always)]
-    fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S> {
-        let (point, normal) = (lanes(simd, &self.point), lanes(simd, &self.normal));
-        let code = U::from_slice(simd, &self.code);
-        kernels::plane(simd, ray, &PlaneLanes { point, normal, code })
-    }
-
-    #[inline(always)]
-    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S> {
-        let (point, normal) = (splat(simd, &self.point, lane), splat(simd, &self.normal, lane));
-        let code = U::splat(simd, self.code[lane]);
+    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S> {
+        let (point, normal) = (vectors(simd, &self.point, pick), vectors(simd, &self.normal, pick));
+        let code = codes(simd, &self.code, pick);
         kernels::plane(simd, ray, &PlaneLanes { point, normal, code })
     }
 }
@@ -199,30 +212,16 @@ impl Block for QuadBlock {
     }
 
     #[inline(always)]
-    fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S> {
+    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S> {
         let (c, turn) = (&self.corners, ray.turn);
         let corners = [
-            turned(simd, &c[0], turn),
-            turned(simd, &c[1], turn),
-            turned(simd, &c[2], turn),
-            turned(simd, &c[3], turn),
+            turned(simd, &c[0], turn, pick),
+            turned(simd, &c[1], turn, pick),
+            turned(simd, &c[2], turn, pick),
+            turned(simd, &c[3], turn, pick),
         ];
-        let (point, normal) = (lanes(simd, &c[0]), lanes(simd, &self.normal));
-        let code = U::from_slice(simd, &self.code);
-        kernels::quad(simd, ray, &QuadLanes { corners, point, normal, code })
-    }
-
-    #[inline(always)]
-    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S> {
-        let (c, turn) = (&self.corners, ray.turn);
-        let corners = [
-            turned_one(simd, &c[0], turn, lane),
-            turned_one(simd, &c[1], turn, lane),
-            turned_one(simd, &c[2], turn, lane),
-            turned_one(simd, &c[3], turn, lane),
-        ];
-        let (point, normal) = (splat(simd, &c[0], lane), splat(simd, &self.normal, lane));
-        let code = U::splat(simd, self.code[lane]);
+        let (point, normal) = (vectors(simd, &c[0], pick), vectors(simd, &self.normal, pick));
+        let code = codes(simd, &self.code, pick);
         kernels::quad(simd, ray, &QuadLanes { corners, point, normal, code })
     }
 }
@@ -249,24 +248,49 @@ impl Block for TriangleBlock {
     }
 
     #[inline(always)]
-    fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S> {
+    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S> {
         let (c, turn) = (&self.corners, ray.turn);
-        let corners =
-            [turned(simd, &c[0], turn), turned(simd, &c[1], turn), turned(simd, &c[2], turn)];
-        let code = U::from_slice(simd, &self.code);
+        let corners = [
+            turned(simd, &c[0], turn, pick),
+            turned(simd, &c[1], turn, pick),
+            turned(simd, &c[2], turn, pick),
+        ];
+        let code = codes(simd, &self.code, pick);
         kernels::triangle(simd, ray, &TriangleLanes { corners, code })
+    }
+}
+
+/// Solids. Their kernel is dear, so that it is asked only where the ray passes the box.
+#[derive(Clone, Debug)]
+pub struct SolidBlock {
+    rows: [Solid; LANES],
+    frame: Frame,
+    code: [u32; LANES],
+}
+
+impl Default for SolidBlock {
+    fn default() -> Self {
+        let row = Solid { form: Form::Disc, local: [[0.0; 4]; 3] };
+        SolidBlock { rows: [row; LANES], frame: Frame::default(), code: [0; LANES] }
+    }
+}
+
+impl Block for SolidBlock {
+    fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId) {
+        self.code[lane] = HitCode::outside(prim).0;
+        self.rows[lane] = g.solids.rows[g.shape[prim.index()].1 as usize];
+        self.frame.set(lane, &g.bounds[prim.index()]);
+    }
+
+    fn codes(&self) -> &[u32; LANES] {
+        &self.code
     }
 
     #[inline(always)]
-    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S> {
-        let (c, turn) = (&self.corners, ray.turn);
-        let corners = [
-            turned_one(simd, &c[0], turn, lane),
-            turned_one(simd, &c[1], turn, lane),
-            turned_one(simd, &c[2], turn, lane),
-        ];
-        let code = U::splat(simd, self.code[lane]);
-        kernels::triangle(simd, ray, &TriangleLanes { corners, code })
+    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S> {
+        let (_, passes) = slab::enter(simd, ray, &self.frame.pick(simd, pick));
+        let code = codes(simd, &self.code, pick);
+        kernels::solids(simd, ray, (&self.rows, pick), (code, passes))
     }
 }
 
@@ -311,6 +335,8 @@ pub struct Blocks {
     pub quads: Shelf<QuadBlock>,
     /// Triangles.
     pub triangles: Shelf<TriangleBlock>,
+    /// Solids.
+    pub solids: Shelf<SolidBlock>,
 }
 
 impl Blocks {
@@ -321,11 +347,13 @@ impl Blocks {
             && self.planes.blocks.is_empty()
             && self.quads.blocks.is_empty()
             && self.triangles.blocks.is_empty()
+            && self.solids.blocks.is_empty()
     }
 
     /// Bytes that they hold.
     pub fn bytes(&self) -> usize {
-        self.spheres.bytes() + self.planes.bytes() + self.quads.bytes() + self.triangles.bytes()
+        let flat = self.planes.bytes() + self.quads.bytes() + self.triangles.bytes();
+        flat + self.spheres.bytes() + self.solids.bytes()
     }
 
     /// How many blocks there are of a kind.
@@ -335,6 +363,7 @@ impl Blocks {
             ShapeKind::Plane => self.planes.blocks.len(),
             ShapeKind::Quad => self.quads.blocks.len(),
             ShapeKind::Triangle => self.triangles.blocks.len(),
+            ShapeKind::Solid => self.solids.blocks.len(),
         }
     }
 
@@ -345,6 +374,7 @@ impl Blocks {
             ShapeKind::Plane => self.planes.blocks[block].codes(),
             ShapeKind::Quad => self.quads.blocks[block].codes(),
             ShapeKind::Triangle => self.triangles.blocks[block].codes(),
+            ShapeKind::Solid => self.solids.blocks[block].codes(),
         }
     }
 
@@ -355,6 +385,7 @@ impl Blocks {
             ShapeKind::Plane => self.planes.frames[block].union(),
             ShapeKind::Quad => self.quads.frames[block].union(),
             ShapeKind::Triangle => self.triangles.frames[block].union(),
+            ShapeKind::Solid => self.solids.frames[block].union(),
         }
     }
 
@@ -365,6 +396,7 @@ impl Blocks {
             ShapeKind::Plane => self.planes.set(block, lane, g, prim),
             ShapeKind::Quad => self.quads.set(block, lane, g, prim),
             ShapeKind::Triangle => self.triangles.set(block, lane, g, prim),
+            ShapeKind::Solid => self.solids.set(block, lane, g, prim),
         }
     }
 
@@ -375,6 +407,7 @@ impl Blocks {
             ShapeKind::Plane => self.planes.push(g, prims),
             ShapeKind::Quad => self.quads.push(g, prims),
             ShapeKind::Triangle => self.triangles.push(g, prims),
+            ShapeKind::Solid => self.solids.push(g, prims),
         }
     }
 }

@@ -4,6 +4,7 @@
 
 use crate::rays::HitCode;
 use crate::slab::LEAVE;
+use crate::solid::{self, Leaves};
 use reflet_pack::{Aabb, Geometry, PrimId, ShapeKind};
 
 type V = [f32; 3];
@@ -86,8 +87,14 @@ pub fn hit(
             }
             ((e[0] * a[2] + e[1] * b[2] + e[2] * c[2]) / det, code)
         }
+        ShapeKind::Solid => {
+            let leaves = if left { Leaves::This } else { Leaves::Another };
+            let (t, outward) = solid::hit(&g.solids.rows[row], (o, d), t_min, leaves)?;
+            (t, if outward { code.inward() } else { code })
+        }
     };
-    if kind != ShapeKind::Sphere && left || !above(t, t_min) {
+    let has_one_root = !matches!(kind, ShapeKind::Sphere | ShapeKind::Solid);
+    if has_one_root && left || !above(t, t_min) {
         return None;
     }
     let entry = enter(o, d, &g.bounds[prim.index()])?;

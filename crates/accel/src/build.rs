@@ -72,7 +72,7 @@ impl Child {
     /// The first node.
     pub const ROOT: Child = Child(0);
     const LEAF: u32 = 1 << 31;
-    const KIND: u32 = 29;
+    const KIND: u32 = 28;
 
     fn node(index: usize) -> Child {
         Child(index as u32)
@@ -93,11 +93,12 @@ impl Child {
         if self.0 & Self::LEAF == 0 {
             return Ok(self.0 as usize);
         }
-        let kind = match (self.0 >> Self::KIND) & 3 {
+        let kind = match (self.0 >> Self::KIND) & 7 {
             0 => ShapeKind::Sphere,
             1 => ShapeKind::Plane,
             2 => ShapeKind::Quad,
-            _ => ShapeKind::Triangle,
+            3 => ShapeKind::Triangle,
+            _ => ShapeKind::Solid,
         };
         Err((kind, (self.0 & ((1 << Self::KIND) - 1)) as usize))
     }

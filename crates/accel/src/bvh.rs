@@ -107,6 +107,7 @@ fn walk<S: Simd, C: Counter>(
                     Ok(index) => prefetch(&tree.nodes, index),
                     Err((ShapeKind::Sphere, block)) => prefetch(&blocks.spheres.blocks, block),
                     Err((ShapeKind::Quad, block)) => prefetch(&blocks.quads.blocks, block),
+                    Err((ShapeKind::Solid, block)) => prefetch(&blocks.solids.blocks, block),
                     Err((_, block)) => prefetch(&blocks.triangles.blocks, block),
                 }
             }
@@ -139,6 +140,7 @@ fn walk<S: Simd, C: Counter>(
                         ShapeKind::Triangle => {
                             test(simd, &blocks.triangles, block, ray, found, end)
                         }
+                        ShapeKind::Solid => test(simd, &blocks.solids, block, ray, found, end),
                     };
                     if found != before {
                         if question == Question::Any {

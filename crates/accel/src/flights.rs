@@ -176,6 +176,7 @@ fn step<S: Simd, C: Counter>(
                 ShapeKind::Plane => before,
                 ShapeKind::Quad => test(simd, &blocks.quads, block, &ray, before, end),
                 ShapeKind::Triangle => test(simd, &blocks.triangles, block, &ray, before, end),
+                ShapeKind::Solid => test(simd, &blocks.solids, block, &ray, before, end),
             };
             flight.found = found;
             if question == Question::Any && found != before {
@@ -200,6 +201,7 @@ fn step<S: Simd, C: Counter>(
         Ok(index) => prefetch(&tree.nodes, index),
         Err((ShapeKind::Sphere, block)) => prefetch(&blocks.spheres.blocks, block),
         Err((ShapeKind::Quad, block)) => prefetch(&blocks.quads.blocks, block),
+        Err((ShapeKind::Solid, block)) => prefetch(&blocks.solids.blocks, block),
         Err((_, block)) => prefetch(&blocks.triangles.blocks, block),
     }
     flight.next = next;

@@ -1,7 +1,10 @@
 //! One test a shape. Each gives t, whether the ray hits, and the hit's code, before the box test.
 
-use crate::lanes::{F, M, RayLanes, U, V3, dot, sub};
+use crate::blocks::Pick;
+use crate::lanes::{F, LANES, M, RayLanes, U, V3, dot, sub};
+use crate::solid::{self, Leaves};
 use fearless_simd::prelude::*;
+use reflet_pack::Solid;
 
 /// What a kernel answers.
 #[derive(Clone, Copy)]
@@ -140,6 +143,39 @@ pub fn triangle<S: Simd>(simd: S, ray: &RayLanes<S>, tri: &TriangleLanes<S>) -> 
     let t = (u * a[2] + v * b[2] + w * c[2]) / det;
     let hit = inside & !det.simd_eq(zero) & t.simd_gt(ray.start);
     Candidate { t, hit, code: tri.code }
+}
+
+/// Solids: those lanes of `asked`, one after the other, in `f64` ([`solid::hit`]).
+#[inline(always)]
+pub fn solids<S: Simd>(
+    simd: S,
+    ray: &RayLanes<S>,
+    (rows, pick): (&[Solid; LANES], Pick),
+    (code, asked): (U<S>, M<S>),
+) -> Candidate<S> {
+    let mut found = [(f32::NAN, 0); LANES];
+    let (codes, last, start) = (code.as_slice(), ray.last.as_slice(), ray.start.as_slice());
+    let mut bits = asked.to_bitmask();
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize % LANES;
+        bits &= bits - 1;
+        let row = match pick {
+            Pick::Each => lane,
+            Pick::One(row) => row,
+        };
+        let o = [ray.o[0].as_slice()[lane], ray.o[1].as_slice()[lane], ray.o[2].as_slice()[lane]];
+        let d = [ray.d[0].as_slice()[lane], ray.d[1].as_slice()[lane], ray.d[2].as_slice()[lane]];
+        let leaves = if last[lane] & !1 == codes[lane] { Leaves::This } else { Leaves::Another };
+        if let Some((t, outward)) = solid::hit(&rows[row], (o, d), start[lane], leaves) {
+            found[lane] = (t, u32::from(outward));
+        }
+    }
+    let (mut t, mut side) = ([0.0; LANES], [0; LANES]);
+    for ((t, side), found) in t.iter_mut().zip(&mut side).zip(found) {
+        (*t, *side) = found;
+    }
+    let t = F::from_slice(simd, &t);
+    Candidate { t, hit: t.simd_eq(t), code: code | U::from_slice(simd, &side) }
 }
 
 /// `p` (relative to the ray's origin, the longest axis third) in the space where the ray is the

@@ -1,11 +1,12 @@
 //! Rays in lanes, each against the one primitive that it is known to hit: no traversal.
 
+use crate::blocks::Pick;
 use crate::kernels::{self, PlaneLanes, QuadLanes, SphereLanes, TriangleLanes};
 use crate::lanes::{F, LANES, M, RayLanes, TURN, U, V3, abs, load3, rows3};
 use crate::rays::{HitCode, Rays};
 use crate::slab::{self, BoxLanes};
 use fearless_simd::prelude::*;
-use reflet_pack::{Geometry, ShapeKind};
+use reflet_pack::{Geometry, SHAPE_KINDS, ShapeKind};
 
 type Lane3 = [[f32; LANES]; 3];
 
@@ -26,17 +27,17 @@ pub fn distances<S: Simd>(simd: S, g: &Geometry, rays: &Rays, codes: &[HitCode],
 
 /// Which lanes hold a primitive of each kind, as 1, and its row there.
 struct Kinds {
-    of: [[u32; LANES]; 4],
+    of: [[u32; LANES]; SHAPE_KINDS],
     rows: [usize; LANES],
 }
 
 #[inline(always)]
 fn eight<S: Simd>(simd: S, g: &Geometry, (rays, first): (&Rays, usize), codes: &[HitCode]) -> F<S> {
     let ray = &along(simd, rays, first, 2);
-    let mut kinds = Kinds { of: [[0; LANES]; 4], rows: [0; LANES] };
+    let mut kinds = Kinds { of: [[0; LANES]; SHAPE_KINDS], rows: [0; LANES] };
     let (mut lo, mut hi): (Lane3, Lane3) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
     let mut code = [0; LANES];
-    let mut present = [false; 4];
+    let mut present = [false; SHAPE_KINDS];
     for (lane, known) in codes.iter().enumerate() {
         let Some(prim) = known.prim() else { continue };
         let (kind, row) = g.shape[prim.index()];
@@ -77,6 +78,15 @@ fn eight<S: Simd>(simd: S, g: &Geometry, (rays, first): (&Rays, usize), codes: &
                 t = of_axis.select(edged(simd, g, &ray, (&kinds, code), t), t);
             }
         }
+    }
+    if present[ShapeKind::Solid as usize] {
+        let (is, rows) = lanes_of(simd, &kinds, ShapeKind::Solid);
+        let mut solids = [g.solids.rows[rows[0]]; LANES];
+        for (solid, row) in solids.iter_mut().zip(rows) {
+            *solid = g.solids.rows[row];
+        }
+        let hit = kernels::solids(simd, ray, (&solids, Pick::Each), (code, is));
+        t = is.select(hit.t, t);
     }
     let bounds = BoxLanes {
         lo: load3(simd, [&lo[0], &lo[1], &lo[2]]),

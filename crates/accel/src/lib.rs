@@ -21,6 +21,7 @@
 //! | [`lanes`] | a ray as every kernel sees it |
 //! | [`slab`] | the box test |
 //! | [`kernels`] | one test a shape |
+//! | [`solid`] | that of curved shapes, in `f64` |
 //! | [`brute`] | the definition, scalar |
 //! | [`blocks`] | primitives in lanes |
 //! | [`build`] | the tree by binned surface area |
@@ -51,6 +52,7 @@ pub mod prefetch;
 pub mod rays;
 pub mod refit;
 pub mod slab;
+pub mod solid;
 pub mod stream;
 pub mod tile;
 

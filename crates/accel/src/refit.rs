@@ -5,7 +5,7 @@ use crate::blocks::Blocks;
 use crate::build::Tree;
 use crate::lanes::LANES;
 use crate::rays::HitCode;
-use reflet_pack::{Geometry, PrimId, ShapeKind};
+use reflet_pack::{Geometry, PrimId, SHAPE_KINDS, ShapeKind};
 use std::collections::BTreeSet;
 
 /// What became of a structure whose primitives moved.
@@ -27,26 +27,24 @@ pub struct Places {
     /// the list's; [`NOWHERE`] if it was invisible.
     prim: Vec<u32>,
     /// By kind and block of the leaves: the node's index times eight plus the lane.
-    leaf: [Vec<u32>; 4],
+    leaf: [Vec<u32>; SHAPE_KINDS],
     /// The same by node; that of the root means nothing.
     node: Vec<u32>,
 }
 
 const IN_LIST: u32 = 1 << 31;
 const NOWHERE: u32 = u32::MAX;
-const KINDS: [ShapeKind; 4] =
-    [ShapeKind::Sphere, ShapeKind::Plane, ShapeKind::Quad, ShapeKind::Triangle];
 
 impl Places {
     /// Finds them for `prims` primitives.
     pub fn find(prims: usize, list: &Blocks, leaves: &Blocks, tree: &Tree) -> Places {
         let mut places = Places {
             prim: vec![NOWHERE; prims],
-            leaf: KINDS.map(|kind| vec![0; leaves.len(kind)]),
+            leaf: ShapeKind::ALL.map(|kind| vec![0; leaves.len(kind)]),
             node: vec![0; tree.nodes.len()],
         };
         for (blocks, flag) in [(list, IN_LIST), (leaves, 0)] {
-            for kind in KINDS {
+            for kind in ShapeKind::ALL {
                 for block in 0..blocks.len(kind) {
                     for (lane, code) in blocks.codes(kind, block).iter().enumerate() {
                         if let Some(prim) = HitCode(*code).prim() {

@@ -35,6 +35,9 @@ pub fn cast_at_list<S: Simd, C: Counter>(
     for block in 0..list.triangles.blocks.len() {
         test_apart(simd, &list.triangles, block, bundle, question, counter);
     }
+    for block in 0..list.solids.blocks.len() {
+        test_apart(simd, &list.solids, block, bundle, question, counter);
+    }
 }
 
 /// Follows the bundle through the tree.
@@ -89,6 +92,7 @@ fn walk<S: Simd, C: Counter>(
                 Ok(index) => prefetch(&tree.nodes, index),
                 Err((ShapeKind::Sphere, block)) => ask_for(&blocks.spheres, block),
                 Err((ShapeKind::Quad, block)) => ask_for(&blocks.quads, block),
+                Err((ShapeKind::Solid, block)) => ask_for(&blocks.solids, block),
                 Err((_, block)) => ask_for(&blocks.triangles, block),
             }
         }
@@ -113,6 +117,9 @@ fn walk<S: Simd, C: Counter>(
                     }
                     ShapeKind::Triangle => {
                         test_apart(simd, &blocks.triangles, block, bundle, question, counter)
+                    }
+                    ShapeKind::Solid => {
+                        test_apart(simd, &blocks.solids, block, bundle, question, counter)
                     }
                 },
             }

@@ -6,7 +6,10 @@ use reflet_accel::{
     Accel, HitCode, Hits, Isa, PrimId, RayCounts, Rays, Refit, Scratch, Structure, Way, brute,
 };
 use reflet_pack::{Aabb, Columns, Geometry, Overrides, Packer, ShapeKind};
-use reflet_scene::{Camera, Plane, Quad, Scene, Sphere, Surface, Triangle};
+use reflet_scene::{
+    Camera, Caps, Cone, Cuboid, Cylinder, Disc, Ellipsoid, Hyperboloid, Instance, Paraboloid,
+    Place, Plane, Quad, Scene, Sphere, Surface, Torus, Triangle,
+};
 
 /// A small generator of its own: the same scenes on every machine.
 struct Dice(u64);
@@ -74,7 +77,10 @@ fn scene(dice: &mut Dice, count: u32) -> Columns {
                     scene.spawn((sphere, surface)); // every root a tie
                 }
             }
-            12..18 => {
+            12..15 => {
+                solid(dice, &mut scene, surface);
+            }
+            15..19 => {
                 let (corner, u, v) = (dice.place(4.0), dice.direction(), dice.direction());
                 let quad = Quad { corner, u: u * 2.0, v };
                 if quad.check().is_ok() {
@@ -92,6 +98,41 @@ fn scene(dice: &mut Dice, count: u32) -> Columns {
     }
     scene.seal();
     Packer::new(&scene, Overrides::default()).expect("a camera").columns().clone()
+}
+
+/// A curved shape, some of them through an instance that draws it out.
+fn solid(dice: &mut Dice, scene: &mut Scene, surface: Surface) {
+    let (at, axis) = (dice.place(4.0), dice.direction());
+    let (radius, height) = (dice.range(0.1, 1.0), dice.range(0.1, 2.0));
+    let caps = if dice.below(2) == 0 { Caps::Open } else { Caps::Closed };
+    let key = match dice.below(8) {
+        0 => scene.spawn((Cylinder { base: at, axis, radius, height, caps }, surface)),
+        1 => scene.spawn((Cone { apex: at, axis, radius, height, caps }, surface)),
+        2 => scene.spawn((Paraboloid { vertex: at, axis, radius, height, caps }, surface)),
+        3 => {
+            let waist = radius * dice.range(0.1, 0.9);
+            scene.spawn((Hyperboloid { center: at, axis, radius, waist, height, caps }, surface))
+        }
+        4 => {
+            let radii = DVec3::new(radius, height, dice.range(0.1, 1.0));
+            scene.spawn((Ellipsoid { center: at, radii }, surface))
+        }
+        5 => scene.spawn((Disc { center: at, normal: axis, radius }, surface)),
+        6 => {
+            let size = DVec3::new(radius, height, radius);
+            scene.spawn((Cuboid::Centered { center: at, size }, surface))
+        }
+        _ => {
+            let minor = radius * dice.range(0.1, 0.9);
+            scene.spawn((Torus { center: at, axis, major: radius, minor }, surface))
+        }
+    };
+    if dice.below(3) == 0 {
+        let scale = DVec3::new(dice.range(0.5, 2.0), dice.range(-2.0, -0.5), 1.0);
+        let (rotate, translate) = (dice.point(180.0), dice.place(2.0));
+        let place = Place { scale, rotate, translate, visible: true };
+        scene.spawn((place, Instance { of: key }));
+    }
 }
 
 fn f32s(v: DVec3) -> [f32; 3] {
@@ -134,6 +175,18 @@ fn aimed_rays(dice: &mut Dice, columns: &Columns, count: usize) -> Rays {
                     let t = [0.0, 0.25, 0.5, 1.0][dice.below(4) as usize];
                     p[k as usize].lerp(p[(k as usize + 1) % 4], t)
                 }
+                (ShapeKind::Solid, k) => {
+                    // Where a box is touched: the middle of a face, an edge, a corner.
+                    let b = g.bounds[prim.index()];
+                    let (lo, hi) = (wide(b.lo), wide(b.hi));
+                    let (middle, half) = ((lo + hi) * 0.5, (hi - lo) * 0.5);
+                    let to = match k {
+                        0 => [DVec3::X, DVec3::Y, DVec3::Z][dice.below(3) as usize],
+                        1 => dice.point(1.0).round(),
+                        _ => dice.point(1.0),
+                    };
+                    if g.is_visible(prim) { middle + half * to } else { dice.place(4.0) }
+                }
                 (ShapeKind::Triangle, k) => {
                     let p = g.triangles.points(row).map(wide);
                     let t = [0.0, 0.25, 0.5, 1.0][dice.below(4) as usize];
@@ -145,7 +198,8 @@ fn aimed_rays(dice: &mut Dice, columns: &Columns, count: usize) -> Rays {
                 from = f32s(at);
                 at = dice.place(4.0);
                 last = HitCode::outside(prim);
-                if kind == ShapeKind::Sphere && dice.below(2) == 0 {
+                let closed = matches!(kind, ShapeKind::Sphere | ShapeKind::Solid);
+                if closed && dice.below(2) == 0 {
                     last = last.inward();
                 }
             }
@@ -227,6 +281,15 @@ fn moved(dice: &mut Dice, g: &Geometry) -> (Geometry, Vec<PrimId>) {
             ShapeKind::Triangle => {
                 to.triangles.corners.iter_mut().for_each(shift);
                 Aabb::of_points(&to.triangles.points(row))
+            }
+            ShapeKind::Solid => {
+                let way = way.map(f64::from);
+                for r in &mut to.solids.rows[row].local {
+                    r[3] -= r[0] * way[0] + r[1] * way[1] + r[2] * way[2];
+                }
+                let b = g.bounds[prim.index()];
+                let moved = |x: [f32; 3]| [0, 1, 2].map(|k| f64::from(x[k]) + way[k]);
+                Aabb::outward(moved(b.lo), moved(b.hi))
             }
         };
         if g.is_visible(prim) {

@@ -22,7 +22,7 @@ pub fn find(scene: &Scene, shapes: &Shapes, name: &dyn Fn(Key) -> String, findin
         .map(|(what, at)| (Kind::LightOnSurface, format!("the {what} at {}", point(at)), at))
         .collect();
     let eye = scene.singletons.camera.and_then(|key| scene.get::<Camera>(key)).map(|c| match c {
-        Camera::LookAt { eye, .. } => eye,
+        Camera::LookAt { eye, .. } | Camera::Parallel { eye, .. } => eye,
         Camera::Window { viewpoint, .. } => viewpoint,
     });
     if let Some(eye) = eye {
@@ -140,7 +140,7 @@ fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use reflet_scene::{Mesh, MeshData, Plane, Quad, Sphere, Surface, Triangle};
+    use reflet_scene::{Falloff, Mesh, MeshData, Plane, Quad, Sphere, Surface, Triangle};
     use std::sync::Arc;
 
     fn surface() -> Surface {
@@ -151,7 +151,11 @@ mod tests {
         let mut scene = Scene::new();
         build(&mut scene);
         for at in lights {
-            scene.spawn((PointLight { at: *at, emissivity: DVec3::ONE },));
+            scene.spawn((PointLight {
+                at: *at,
+                emissivity: DVec3::ONE,
+                falloff: Falloff::Inverse,
+            },));
         }
         let camera = Camera::LookAt { eye, look_at: DVec3::ONE, up: DVec3::Y, fov_degrees: 45.0 };
         scene.singletons.camera = Some(scene.spawn((camera,)));

@@ -1,6 +1,7 @@
 //! The visible surfaces of a scene, by kind, and how a message names one.
 
-use reflet_scene::{DVec3, Key, Mesh, Plane, Quad, Scene, Sphere, Surface, Triangle};
+use reflet_scene::{DVec3, Group, Key, Mesh, Plane, Quad, Scene, Sphere, Surface, Triangle};
+use std::collections::HashSet;
 
 /// The visible surfaces, each kind in the order of making.
 #[derive(Default)]
@@ -15,6 +16,8 @@ pub struct Shapes {
     pub triangles: Vec<(Key, Triangle)>,
     /// Meshes.
     pub meshes: Vec<(Key, Mesh)>,
+    /// How many visible surfaces are of other kinds, or moved by a group.
+    pub others: u64,
     /// How many surfaces of all kinds are not visible.
     pub hidden: u64,
 }
@@ -23,10 +26,14 @@ impl Shapes {
     /// The surfaces of a scene as it is now.
     pub fn of(scene: &Scene) -> Self {
         let mut shapes = Self::default();
+        let groups = scene.keys().filter_map(|key| scene.get::<Group>(key));
+        let grouped: HashSet<Key> = groups.flat_map(|g| g.members.to_vec()).collect();
         for key in scene.keys() {
             let Some(surface) = scene.get::<Surface>(key) else { continue };
             if !surface.visible {
                 shapes.hidden += 1;
+            } else if grouped.contains(&key) {
+                shapes.others += 1;
             } else if let Some(sphere) = scene.get(key) {
                 shapes.spheres.push((key, sphere));
             } else if let Some(plane) = scene.get(key) {
@@ -37,6 +44,8 @@ impl Shapes {
                 shapes.triangles.push((key, triangle));
             } else if let Some(mesh) = scene.get(key) {
                 shapes.meshes.push((key, mesh));
+            } else {
+                shapes.others += 1;
             }
         }
         shapes

@@ -1,7 +1,11 @@
 //! How much of what a scene holds.
 
 use super::shapes::{Shapes, placed, point};
-use reflet_scene::{Checker, DVec3, Material, PointLight, Scene, Spotlight};
+use reflet_pack::{Aabb, Overrides, Packer};
+use reflet_scene::{
+    Checker, DVec3, Instance, Material, PointLight, Projector, Scene, Shader, Spotlight, Stripes,
+    Sun, Textured,
+};
 use std::fmt;
 
 /// Counts by kind, and the box around everything that has an end.
@@ -21,16 +25,30 @@ pub struct Survey {
     pub mesh_triangles: u64,
     /// Surfaces that are not visible.
     pub hidden: u64,
+    /// Visible curved shapes, boxes, discs, and whatever a group moves.
+    pub others: u64,
     /// Materials.
     pub materials: u64,
     /// Materials that mirror: a specular value is not 0.
     pub mirrors: u64,
     /// Checkers.
     pub checkers: u64,
+    /// Stripes.
+    pub stripes: u64,
+    /// Textures.
+    pub textures: u64,
+    /// Shaders.
+    pub shaders: u64,
+    /// Instances.
+    pub instances: u64,
     /// Point lights.
     pub point_lights: u64,
     /// Spotlights.
     pub spotlights: u64,
+    /// Suns.
+    pub suns: u64,
+    /// Projectors.
+    pub projectors: u64,
     /// The least and the greatest corner of all visible surfaces but planes.
     pub bounds: Option<(DVec3, DVec3)>,
 }
@@ -45,6 +63,7 @@ impl Survey {
             triangles: shapes.triangles.len() as u64,
             meshes: shapes.meshes.len() as u64,
             mesh_triangles: shapes.meshes.iter().map(|(_, m)| m.data.triangles.len() as u64).sum(),
+            others: shapes.others,
             hidden: shapes.hidden,
             ..Self::default()
         };
@@ -54,10 +73,19 @@ impl Survey {
                 survey.mirrors += u64::from(material.specular != DVec3::ZERO);
             }
             survey.checkers += u64::from(scene.has::<Checker>(key));
+            survey.stripes += u64::from(scene.has::<Stripes>(key));
+            survey.textures += u64::from(scene.has::<Textured>(key));
+            survey.shaders += u64::from(scene.has::<Shader>(key));
+            survey.instances += u64::from(scene.has::<Instance>(key));
             survey.point_lights += u64::from(scene.has::<PointLight>(key));
             survey.spotlights += u64::from(scene.has::<Spotlight>(key));
+            survey.suns += u64::from(scene.has::<Sun>(key));
+            survey.projectors += u64::from(scene.has::<Projector>(key));
         }
         survey.enclose(shapes);
+        if survey.others + survey.instances > 0 {
+            survey.bounds = packed_bounds(scene);
+        }
         survey
     }
 
@@ -88,8 +116,17 @@ impl Survey {
 
     /// All visible surfaces, each triangle of a mesh counted.
     pub fn primitives(&self) -> u64 {
-        self.spheres + self.planes + self.quads + self.triangles + self.mesh_triangles
+        self.spheres + self.planes + self.quads + self.triangles + self.mesh_triangles + self.others
     }
+}
+
+/// The corners of the box around all that is visible, but for planes; as packed, so a little larger.
+fn packed_bounds(scene: &Scene) -> Option<(DVec3, DVec3)> {
+    let packer = Packer::new(scene, Overrides::default()).ok()?;
+    let boxes = packer.columns().geometry.bounds.iter();
+    let all = boxes.filter(|b| b.lo[0].is_finite()).fold(Aabb::EMPTY, |all, b| all.union(b));
+    let wide = |p: [f32; 3]| DVec3::from_array(p.map(f64::from));
+    (!all.is_empty()).then(|| (wide(all.lo), wide(all.hi)))
 }
 
 impl fmt::Display for Survey {
@@ -99,6 +136,8 @@ impl fmt::Display for Survey {
             (self.planes, "plane"),
             (self.quads, "quad"),
             (self.triangles, "triangle"),
+            (self.others, "other shape"),
+            (self.instances, "instance"),
         ]);
         if self.meshes > 0 {
             let triangles = counted(self.mesh_triangles, "triangle");
@@ -115,9 +154,20 @@ impl fmt::Display for Survey {
         };
         let planes = if self.planes > 0 { ", planes without end" } else { "" };
         writeln!(f, "bounds      {bounds}{planes}")?;
-        let lights = list(&[(self.point_lights, "point light"), (self.spotlights, "spotlight")]);
+        let lights = list(&[
+            (self.point_lights, "point light"),
+            (self.spotlights, "spotlight"),
+            (self.suns, "sun"),
+            (self.projectors, "projector"),
+        ]);
         writeln!(f, "lights      {}", or_none(lights))?;
-        let mut materials = list(&[(self.materials, "material"), (self.checkers, "checker")]);
+        let mut materials = list(&[
+            (self.materials, "material"),
+            (self.checkers, "checker"),
+            (self.stripes, "stripes pattern"),
+            (self.textures, "texture"),
+            (self.shaders, "shader"),
+        ]);
         if self.mirrors > 0 {
             materials = join(materials, format!("{} of them mirroring", self.mirrors));
         }
@@ -176,7 +226,7 @@ fn or_none(text: String) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use reflet_scene::{Plane, Sphere, Surface};
+    use reflet_scene::{Falloff, Plane, Sphere, Surface};
 
     #[test]
     fn a_survey_reads_like_a_table() {
@@ -191,7 +241,11 @@ mod tests {
         ));
         scene.spawn((Material { specular: DVec3::X, ..Material::default() },));
         scene.spawn((Material::default(),));
-        scene.spawn((PointLight { at: DVec3::ONE, emissivity: DVec3::ONE },));
+        scene.spawn((PointLight {
+            at: DVec3::ONE,
+            emissivity: DVec3::ONE,
+            falloff: Falloff::Inverse,
+        },));
         let survey = Survey::of(&scene, &Shapes::of(&scene));
         assert_eq!(
             survey.to_string(),

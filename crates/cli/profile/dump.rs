@@ -16,7 +16,7 @@ use std::path::Path;
 /// # Errors
 /// An output's.
 pub fn primitives(geometry: &Geometry, dir: &Path, name: &str) -> Result<String, Failure> {
-    let (mut spheres, mut corners, mut left_out) = (Vec::new(), Vec::new(), [0usize; 2]);
+    let (mut spheres, mut corners, mut left_out) = (Vec::new(), Vec::new(), [0usize; 3]);
     for prim in (0..geometry.len() as u32).map(PrimId) {
         let (kind, row) = geometry.shape[prim.index()];
         let row = row as usize;
@@ -29,6 +29,7 @@ pub fn primitives(geometry: &Geometry, dir: &Path, name: &str) -> Result<String,
             ShapeKind::Triangle => corners.extend(geometry.triangles.points(row)),
             ShapeKind::Plane => left_out[0] += 1,
             ShapeKind::Quad => left_out[1] += 1,
+            ShapeKind::Solid => left_out[2] += 1,
         }
     }
     let mut text = String::new();
@@ -43,7 +44,9 @@ pub fn primitives(geometry: &Geometry, dir: &Path, name: &str) -> Result<String,
         npy::write_rows(&dir.join(format!("{name}.tris.npy")), &indices)?;
         text += &format!("{name}.verts.npy, {name}.tris.npy: {count} triangles\n");
     }
-    for (count, what) in left_out.into_iter().zip(["infinite planes", "quads"]) {
+    for (count, what) in
+        left_out.into_iter().zip(["infinite planes", "quads", "curved shapes and discs"])
+    {
         if count > 0 {
             text +=
                 &format!("not in any file, for want of an array that holds them: {count} {what}\n");

@@ -36,6 +36,9 @@ impl Changed {
                 changed.things.push(Thing { name, how });
             }
         };
+        if changes.rebuilt {
+            tell(None, "surfaces", "consist of other primitives");
+        }
         if changes.view {
             tell(None, "camera", "moved");
         }

@@ -8,7 +8,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use reflet_accel::isa::Level;
 use reflet_accel::{Accel, Isa, RayCounts, Structure};
 use reflet_film::{Layout, Picture, TileMut, TransferTable};
-use reflet_pack::{Changes, Columns, PrimId, SurfaceChange, SurfaceId};
+use reflet_pack::{Changes, Columns, PrimId, Spread, SurfaceChange, SurfaceId};
 use reflet_trace::{BatchColours, Grid, Points, RayTally, Shader, Tracer};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -155,7 +155,17 @@ impl Engine {
 
     /// The tiles of a scene's picture.
     pub fn grid(&self, columns: &Columns) -> Grid {
-        Grid::new(columns.view.size, self.options.tile, columns.model.max_bounces)
+        let bounces = columns.model.max_bounces;
+        let mut edge = self.options.tile;
+        if columns.spread == Spread::Edges {
+            // As Grid::new does, with room for the apron.
+            edge = edge.clamp(1, Grid::MAX_EDGE / 2).next_power_of_two();
+            let nodes = |edge: u32| u64::from((edge + 2) * (edge + 2)) * (u64::from(bounces) + 1);
+            while edge > 1 && nodes(edge) > 65_535 {
+                edge /= 2;
+            }
+        }
+        Grid::new(columns.view.size, edge, bounces)
     }
 
     /// The threads, for work beside tracing.
@@ -203,7 +213,7 @@ impl Engine {
     fn accelerate(&mut self, columns: &Columns, changes: Option<&Changes>) {
         let geometry = &columns.geometry;
         match (&mut self.accel, changes) {
-            (Some(accel), Some(changes)) => {
+            (Some(accel), Some(changes)) if !changes.rebuilt => {
                 let ids =
                     |s: SurfaceId| columns.surfaces.range(s.index()).map(|p| PrimId(p as u32));
                 let still_there = |c: &&SurfaceChange| c.surface.index() < columns.surfaces.len();

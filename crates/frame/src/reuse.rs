@@ -8,9 +8,9 @@
 //! | a pattern's cells | the cells of nodes, and levels below |
 //! | a surface | trees with a segment that touches its old or new box |
 //! | samples | those that are new |
-//! | eye, picture size, the number of primitives | all |
+//! | eye, picture size, the number or kind of primitives | all |
 
-use reflet_pack::{Changes, Columns, LightChange, LightId, MaterialId, SurfaceId, Volume};
+use reflet_pack::{Changes, Columns, LightChange, LightId, MaterialId, Spread, SurfaceId, Volume};
 use reflet_trace::{Grid, Moved, PatternCells, Revision, Trees};
 
 /// What is done with the trees kept of the frame before.
@@ -44,6 +44,8 @@ pub struct MadeFor {
     grid: Grid,
     surfaces: usize,
     prims: usize,
+    tint_channels: usize,
+    spread: Spread,
     max_bounces: u32,
     max_path: f32,
 }
@@ -55,6 +57,8 @@ impl MadeFor {
             grid,
             surfaces: columns.surfaces.len(),
             prims: columns.geometry.len(),
+            tint_channels: columns.surfaces.tint_channels(),
+            spread: columns.spread,
             max_bounces: columns.model.max_bounces,
             max_path: columns.model.max_path,
         }
@@ -67,11 +71,20 @@ const MOST_MOVED: usize = 24;
 impl Plan {
     /// What to do with trees made for `old` when the scene is now made for `new`.
     pub fn of(changes: &Changes, old: &MadeFor, new: &MadeFor) -> Plan {
+        if changes.rebuilt {
+            return Plan::Fresh("a surface consists of other primitives");
+        }
         if changes.view || old.grid != new.grid {
             return Plan::Fresh("the camera moved");
         }
         if old.surfaces != new.surfaces || old.prims != new.prims {
             return Plan::Fresh("there are more or fewer surfaces");
+        }
+        if old.spread != new.spread {
+            return Plan::Fresh("samples are spent elsewhere");
+        }
+        if old.tint_channels != new.tint_channels {
+            return Plan::Fresh("there are textures or shaders now, or none any more");
         }
         if changes.surfaces.len() > MOST_MOVED {
             return Plan::Fresh("very many surfaces moved");

@@ -2,6 +2,8 @@
 
 use crate::reuse::{Keep, Plan};
 use reflet_film::{Picture, TileMut, TransferTable};
+use reflet_pack::Spread;
+use reflet_trace::edges::EdgeScratch;
 use reflet_trace::touch::TouchScratch;
 use reflet_trace::{Grid, ShadeScratch, Shader, TileRect, TraceScratch, Tracer, Trees};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -10,11 +12,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 #[derive(Default)]
 pub(crate) struct KeptTile {
     samples: Vec<Trees>,
+    /// Where samples are spent at edges: the pixels that have more than one.
+    edges: Vec<u16>,
 }
 
 impl KeptTile {
     fn bytes(&self) -> u64 {
-        self.samples.iter().map(|t| t.bytes() as u64).sum()
+        let edges = 2 * self.edges.len() as u64;
+        self.samples.iter().map(|t| t.bytes() as u64).sum::<u64>() + edges
     }
 }
 
@@ -60,6 +65,7 @@ pub(crate) struct Worker {
     pub trace: TraceScratch,
     pub shade: ShadeScratch,
     touch: TouchScratch,
+    edges: EdgeScratch,
     trees: Trees,
 }
 
@@ -77,7 +83,10 @@ impl Worker {
         let rect = tiler.grid.rect(index);
         self.shaded_tiles.resize(frames.len(), 0);
         let before = kept.bytes();
-        let first = self.trees_of(tiler, rect, kept);
+        let first = match tiler.tracer.columns.spread {
+            Spread::Everywhere => self.trees_of(tiler, rect, kept),
+            Spread::Edges => self.trees_at_edges(tiler, rect, kept),
+        };
         tiler.room.count(before, kept);
         let same = tiler.last.filter(|_| first == Pixels::Same);
         for frame in 0..frames.len() {
@@ -145,6 +154,95 @@ impl Worker {
             }
         }
         pixels
+    }
+
+    /// The same where only pixels with an edge get more than one sample. The first sample's trees
+    /// have an apron of a pixel, so that edges do not depend on where tiles end.
+    fn trees_at_edges(&mut self, tiler: &Tiler<'_>, rect: TileRect, kept: &mut KeptTile) -> Pixels {
+        let Tiler { tracer, shader, room, .. } = tiler;
+        let (samples, pixels) = (tracer.columns.samples as usize, rect.pixels());
+        let wide = rect.with_apron(tracer.columns.view.size);
+        shader.begin(&mut self.shade);
+        let mut changed = Pixels::MayDiffer;
+        match tiler.plan {
+            Plan::Keep(keep) if !kept.samples.is_empty() => {
+                if tiler.last.is_some() {
+                    changed = Pixels::Same;
+                }
+                if self.update(keep, tracer, (wide, 0), &mut kept.samples[0]) == Pixels::MayDiffer {
+                    changed = Pixels::MayDiffer;
+                    let edges = tracer.edges(&kept.samples[0], (wide, rect), &mut self.edges);
+                    if edges != kept.edges {
+                        kept.samples.truncate(1);
+                        kept.edges = edges;
+                    }
+                }
+                for sample in 1..kept.samples.len() {
+                    let trees = &mut kept.samples[sample];
+                    let updated = self.update(keep, tracer, (rect, sample as u32), trees);
+                    if updated == Pixels::MayDiffer {
+                        changed = Pixels::MayDiffer;
+                    }
+                }
+                let recolours = |trees: &Trees| keep.recolours(trees, tracer.columns);
+                if kept.samples.iter().any(recolours) {
+                    changed = Pixels::MayDiffer;
+                }
+            }
+            _ => kept.samples.clear(),
+        }
+        let wanted = |edges: &[u16]| if edges.is_empty() { 1 } else { samples };
+        let whole = !kept.samples.is_empty() && kept.samples.len() >= wanted(&kept.edges);
+        kept.samples.truncate(wanted(&kept.edges));
+        let asleep = |trees: &Trees| !shader.recolours(trees);
+        if changed == Pixels::Same && whole && kept.samples.iter().all(asleep) {
+            return changed;
+        }
+        let mut keeps = room.used.is_some();
+        let mut grown = 0;
+        let mut sample = 0;
+        loop {
+            let known = sample < kept.samples.len();
+            if !known {
+                changed = Pixels::MayDiffer;
+                match sample {
+                    0 => {
+                        tracer.grow(wide, 0, &mut self.trees, &mut self.trace);
+                        kept.edges = tracer.edges(&self.trees, (wide, rect), &mut self.edges);
+                        self.retraced_pixels += pixels as u64;
+                    }
+                    _ => {
+                        let place = (rect, sample as u32);
+                        tracer.grow_at(place, &kept.edges, &mut self.trees, &mut self.trace);
+                    }
+                }
+            }
+            let trees = if known { &kept.samples[sample] } else { &self.trees };
+            if sample == 0 {
+                shader.add_at(trees, (wide.rows_of(rect), pixels), &mut self.shade);
+            } else {
+                let edges = kept.edges.iter().copied().enumerate();
+                let rows = edges.map(|(row, pixel)| (row as u16, pixel));
+                shader.add_at(trees, (rows, pixels), &mut self.shade);
+            }
+            if !known {
+                grown += self.trees.bytes() as u64;
+                let used = room.used.map_or(0, |b| b.load(Ordering::Relaxed));
+                keeps &= used.saturating_add(grown) <= room.budget;
+                if keeps && kept.samples.len() == sample {
+                    kept.samples.push(self.trees.clone());
+                }
+            }
+            sample += 1;
+            if sample >= wanted(&kept.edges) {
+                break;
+            }
+        }
+        // Only a whole tile is kept; all of its samples or none.
+        if kept.samples.len() < wanted(&kept.edges) {
+            kept.samples.clear();
+        }
+        changed
     }
 
     fn update(

@@ -8,7 +8,9 @@ use crate::columns::{Columns, LightBits, SurfaceBits};
 use crate::geometry::{Geometry, ShapeKind};
 use crate::ids::{LightId, MaterialId, SurfaceId};
 use crate::materials::MaterialRow;
+use crate::packer::spread;
 use crate::view::{Model, View};
+use reflet_scene::Image;
 
 /// A surface whose shape, place or visibility changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,9 +50,12 @@ pub enum LightChange {
 /// What differs between two frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Changes {
+    /// All of it, perhaps: a surface consists of other primitives than before, so that rows were
+    /// numbered anew. Nothing else is told then.
+    pub rebuilt: bool,
     /// The eye or the picture's size.
     pub view: bool,
-    /// Samples a pixel.
+    /// Samples a pixel, or where they are spent.
     pub samples: bool,
     /// Settings that only shading reads: attenuation, background, transfer, and the two limits.
     pub model: bool,
@@ -137,7 +142,8 @@ impl Changes {
             self.surfaces.push(SurfaceChange { surface, old: old.volume, new: new.volume });
         }
         if let (Some(a), Some(b)) = (&old.bits, &new.bits) {
-            if a.cells != b.cells {
+            // All nodes of a surface that moved are made anew.
+            if !moved && (a.cells != b.cells || a.tint != b.tint) {
                 self.patterns.push(surface);
             }
             if a.materials != b.materials {
@@ -168,20 +174,22 @@ impl Changes {
 /// The scalar part of a frame, as bits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Settings {
-    view: [u64; 14],
-    samples: u32,
+    view: [u64; 15],
+    samples: [u32; 2],
     model: [u32; 7],
 }
 
 impl Settings {
     pub(crate) fn of(c: &Columns) -> Settings {
-        Settings::new(&c.view, c.samples, &c.model)
+        let image = Image { samples: c.samples, spread: c.spread, ..Image::default() };
+        Settings::new(&c.view, &image, &c.model)
     }
 
-    pub(crate) fn new(view: &View, samples: u32, m: &Model) -> Settings {
+    pub(crate) fn new(view: &View, image: &Image, m: &Model) -> Settings {
         let [r, g, b] = m.background.map(f32::to_bits);
         let path = m.max_path.to_bits();
         let model = [m.max_bounces, path, m.attenuation as u32, m.transfer as u32, r, g, b];
+        let samples = [image.samples, spread(*image) as u32];
         Settings { view: view.bits(), samples, model }
     }
 

@@ -6,6 +6,7 @@ use crate::lights::{LightPlace, Lights};
 use crate::materials::{MaterialRow, Materials, Rgb};
 use crate::surfaces::{Paint, Surfaces};
 use crate::view::{Model, View};
+use reflet_scene::Spread;
 
 /// A scene as columns: all that later stages know of it.
 #[derive(Clone, Debug)]
@@ -24,18 +25,30 @@ pub struct Columns {
     pub model: Model,
     /// Samples a pixel.
     pub samples: u32,
+    /// Where they are spent; everywhere, if there is only one.
+    pub spread: Spread,
 }
 
 /// The part of a surface that decides where rays hit it, as bits.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum ShapeBits {
     Hidden,
+    /// The address of the shared triangles, the placement, and what moves it on.
+    Mesh(usize, [u64; 7], Option<[u64; 12]>),
+    /// Its primitive, as most surfaces have one.
+    One(PartBits),
+    /// Its primitives.
+    Several(Vec<PartBits>),
+}
+
+/// One primitive, as bits.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum PartBits {
     Sphere([u32; 4]),
     Plane([u32; 6]),
     Quad([u32; 15]),
     Triangle([u32; 12]),
-    /// The address of the shared triangles, and the placement.
-    Mesh(usize, [u64; 7]),
+    Solid([u64; 18]),
 }
 
 /// All of one surface, as bits.
@@ -45,13 +58,14 @@ pub(crate) struct SurfaceBits {
     /// whoever knows its primitives by id.
     pub shape: (PrimId, ShapeBits),
     pub materials: [MaterialId; 2],
-    pub cells: Option<[u32; 11]>,
+    pub cells: Option<[u32; 15]>,
+    pub tint: Option<Vec<u64>>,
 }
 
 /// All of one light, as bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct LightBits {
-    pub place: [u32; 7],
+    pub place: [u64; 16],
     pub emissivity: [u32; 3],
 }
 
@@ -84,6 +98,7 @@ impl Columns {
             shape: (self.surfaces.first_prim[i], self.shape_bits(i)),
             materials: [paint.even, paint.odd],
             cells: paint.cells.map(|c| c.bits()),
+            tint: paint.tint.as_ref().map(|t| t.bits()),
         }
     }
 
@@ -97,28 +112,37 @@ impl Columns {
             for (b, x) in bits.iter_mut().zip(numbers.chain(mesh.translate.to_array())) {
                 *b = x.to_bits();
             }
-            return ShapeBits::Mesh(std::sync::Arc::as_ptr(&mesh.data) as usize, bits);
+            let data = std::sync::Arc::as_ptr(&mesh.data) as usize;
+            return ShapeBits::Mesh(data, bits, self.surfaces.moved_by[i]);
         }
+        let mut prims = self.surfaces.range(i).map(|prim| self.part_bits(PrimId(prim as u32)));
+        match (self.surfaces.prims[i], prims.next()) {
+            (1, Some(one)) => ShapeBits::One(one),
+            (_, first) => ShapeBits::Several(first.into_iter().chain(prims).collect()),
+        }
+    }
+
+    fn part_bits(&self, prim: PrimId) -> PartBits {
         let g = &self.geometry;
-        let prim = self.surfaces.first_prim[i];
         let (kind, row) = g.shape[prim.index()];
         let row = row as usize;
         match kind {
             ShapeKind::Sphere => {
                 let ([x, y, z], r) = g.spheres.row(row);
-                ShapeBits::Sphere([x, y, z, r].map(f32::to_bits))
+                PartBits::Sphere([x, y, z, r].map(f32::to_bits))
             }
             ShapeKind::Plane => {
-                ShapeBits::Plane(bits([g.planes.point.get(row), g.planes.normal.get(row)]))
+                PartBits::Plane(bits([g.planes.point.get(row), g.planes.normal.get(row)]))
             }
             ShapeKind::Quad => {
                 let [a, b, c, d] = g.quads.points(row);
-                ShapeBits::Quad(bits([a, b, c, d, g.quads.normal.get(row)]))
+                PartBits::Quad(bits([a, b, c, d, g.quads.normal.get(row)]))
             }
             ShapeKind::Triangle => {
                 let [a, b, c] = g.triangles.points(row);
-                ShapeBits::Triangle(bits([a, b, c, g.triangles.normal.get(row)]))
+                PartBits::Triangle(bits([a, b, c, g.triangles.normal.get(row)]))
             }
+            ShapeKind::Solid => PartBits::Solid(g.solids.rows[row].bits()),
         }
     }
 

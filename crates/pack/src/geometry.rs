@@ -2,6 +2,7 @@
 
 use crate::bounds::Aabb;
 use crate::ids::{PrimId, SurfaceId};
+use crate::solids::Solids;
 
 /// Three columns: x, y, z.
 #[derive(Clone, Debug, Default)]
@@ -94,6 +95,22 @@ pub enum ShapeKind {
     Quad,
     /// A row of [`Triangles`].
     Triangle,
+    /// A row of [`Solids`].
+    Solid,
+}
+
+/// How many kinds there are.
+pub const SHAPE_KINDS: usize = 5;
+
+impl ShapeKind {
+    /// All kinds, each at the index that it is as a number.
+    pub const ALL: [ShapeKind; SHAPE_KINDS] = [
+        ShapeKind::Sphere,
+        ShapeKind::Plane,
+        ShapeKind::Quad,
+        ShapeKind::Triangle,
+        ShapeKind::Solid,
+    ];
 }
 
 /// All primitives.
@@ -107,6 +124,8 @@ pub struct Geometry {
     pub quads: Quads,
     /// Triangles.
     pub triangles: Triangles,
+    /// Curved shapes and discs.
+    pub solids: Solids,
     /// By [`PrimId`]: which kind, and which row of its columns.
     pub shape: Vec<(ShapeKind, u32)>,
     /// By [`PrimId`]: the surface that it belongs to.

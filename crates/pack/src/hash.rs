@@ -7,6 +7,7 @@
 use crate::changes::Changes;
 use crate::columns::Columns;
 use crate::geometry::ShapeKind;
+use crate::ids::LightId;
 use std::fmt;
 
 /// The hash of a scene: BLAKE3 of its columns in a fixed order, little-endian.
@@ -33,6 +34,9 @@ impl SceneHasher {
     /// The hash of `columns`; `changes` is how they differ from those of the call before, and is
     /// not looked at in the first call.
     pub fn hash(&mut self, columns: &Columns, changes: &Changes) -> SceneHash {
+        if changes.rebuilt {
+            *self = SceneHasher::default();
+        }
         // A surface that appears brings its paint.
         if !changes.surfaces.is_empty() {
             (self.surfaces, self.paint) = (None, None);
@@ -54,7 +58,7 @@ impl SceneHasher {
             settings(columns),
         ];
         // The domain's number grows when the same columns come to mean another picture.
-        let mut all = blake3::Hasher::new_derive_key("reflet packed scene 1");
+        let mut all = blake3::Hasher::new_derive_key("reflet packed scene 2");
         for part in parts {
             all.update(part.as_bytes());
         }
@@ -128,10 +132,18 @@ fn surfaces(columns: &Columns) -> blake3::Hash {
                     words.points(geometry.triangles.points(row));
                     words.points([geometry.triangles.normal.get(row)]);
                 }
+                ShapeKind::Solid => {
+                    let bits = geometry.solids.rows[row].bits();
+                    words.add(bits.into_iter().flat_map(split));
+                }
             }
         }
     }
     words.finish()
+}
+
+fn split(bits: u64) -> [u32; 2] {
+    [bits as u32, (bits >> 32) as u32]
 }
 
 fn paint(columns: &Columns) -> blake3::Hash {
@@ -140,6 +152,9 @@ fn paint(columns: &Columns) -> blake3::Hash {
         let paint = &columns.surfaces.paint[i];
         words.add([paint.even.0, paint.odd.0, u32::from(paint.cells.is_some())]);
         words.add(paint.cells.into_iter().flat_map(|cells| cells.bits()));
+        let tint = paint.tint.as_ref().map_or(Vec::new(), |tint| tint.content_bits());
+        words.add([tint.len() as u32]);
+        words.add(tint.into_iter().flat_map(split));
     }
     words.finish()
 }
@@ -156,7 +171,8 @@ fn lights(columns: &Columns) -> blake3::Hash {
     let mut words = Words::new();
     for i in 0..columns.lights.len() {
         let bits = columns.light_bits(i);
-        words.add(bits.place);
+        words
+            .add(columns.light_place(LightId(i as u32)).content_bits().into_iter().flat_map(split));
         words.add(bits.emissivity);
     }
     words.finish()
@@ -165,10 +181,11 @@ fn lights(columns: &Columns) -> blake3::Hash {
 fn settings(columns: &Columns) -> blake3::Hash {
     let mut words = Words::new();
     for bits in columns.view.bits() {
-        words.add([bits as u32, (bits >> 32) as u32]);
+        words.add(split(bits));
     }
     let model = &columns.model;
-    words.add([columns.samples, model.max_bounces, model.max_path.to_bits()]);
+    words.add([columns.samples, columns.spread as u32]);
+    words.add([model.max_bounces, model.max_path.to_bits()]);
     words.add([model.attenuation as u32, model.transfer as u32]);
     words.add(model.background.map(f32::to_bits));
     words.finish()

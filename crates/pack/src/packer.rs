@@ -1,18 +1,22 @@
 //! The world into columns, whole or only the rows that a frame touched.
 
 use crate::bounds::Aabb;
+use crate::cells::Wide;
 use crate::changes::{Changes, Settings, SurfaceState};
 use crate::columns::{Columns, LightBits};
-use crate::geometry::{Geometry, ShapeKind};
+use crate::geometry::{Geometry, SHAPE_KINDS, ShapeKind};
 use crate::ids::{LightId, MaterialId, PrimId, SurfaceId};
-use crate::lights::{Lights, point_light, spotlight};
+use crate::lights::{LightPlace, Lights, point_light, projector, spotlight, sun};
 use crate::materials::{MaterialRow, Materials};
+use crate::parts::{Anchor, Part, parts};
+use crate::sources::{Parents, Source, sources};
 use crate::surfaces::{Cells, Paint, Surfaces};
+use crate::tints::{Site, Tint};
 use crate::view::{Model, View};
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use reflet_scene::{
-    Camera, Checker, Key, Material, Mesh, Plane, PointLight, Quad, Scene, Sphere, Spotlight,
-    Surface, Triangle,
+    Camera, Checker, Group, Image, Instance, Key, Material, Mesh, PointLight, Projector, Scene,
+    Shader, Spotlight, Spread, Stripes, Sun, Surface, Textured,
 };
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -23,9 +27,12 @@ use std::sync::Arc;
 enum Row {
     None,
     Material(u32),
-    Checker,
-    Surface(u32),
-    Light(u32),
+    /// A checker or stripes, which surfaces wear.
+    Pattern,
+    /// What is shown of itself, if it is no group: so many surfaces from the first on.
+    Shown(u32, u32),
+    /// So many lights from the first on.
+    Lights(u32, u32),
 }
 
 /// How many rows of each kind the script's own entities have; a frame's come after them.
@@ -35,7 +42,7 @@ struct Lengths {
     materials: usize,
     surfaces: usize,
     prims: usize,
-    shapes: [usize; 4],
+    shapes: [usize; SHAPE_KINDS],
     lights: usize,
 }
 
@@ -47,8 +54,12 @@ struct Lengths {
 pub struct Packer {
     columns: Columns,
     rows: Vec<Row>,
-    /// Surfaces by the checker that they wear: the pattern's cells depend on both.
-    wearers: HashMap<Key, BTreeSet<SurfaceId>>,
+    /// By surface: where it comes from.
+    sources: Vec<Source>,
+    parents: Parents,
+    /// Surfaces by what they depend on beside their own entity: the pattern that they wear, places,
+    /// and what they are instances of.
+    dependents: HashMap<Key, BTreeSet<SurfaceId>>,
     base: Lengths,
     touched: Vec<Key>,
     overrides: Overrides,
@@ -88,18 +99,19 @@ impl Packer {
             view: view(scene, &overrides).ok_or(NoCamera)?,
             model: model(scene, &overrides),
             samples: scene.image().samples,
+            spread: spread(scene.image()),
         };
         let mut packer = Packer {
             columns,
             rows: Vec::new(),
-            wearers: HashMap::new(),
+            sources: Vec::new(),
+            parents: Parents::default(),
+            dependents: HashMap::new(),
             base: Lengths::default(),
             touched: Vec::new(),
             overrides,
         };
-        let made = packer.append(scene, scene.sealed_len());
-        packer.repack_surfaces(scene, made);
-        packer.base = packer.lengths();
+        packer.pack_all(scene);
         Ok(packer)
     }
 
@@ -114,7 +126,7 @@ impl Packer {
     /// now. `false` may be too careful: a surface that was written counts as moved.
     pub fn only_recolours(&self, scene: &Scene) -> bool {
         let Some(view) = view(scene, &self.overrides) else { return false };
-        let settings = Settings::new(&view, scene.image().samples, &model(scene, &self.overrides));
+        let settings = Settings::new(&view, &scene.image(), &model(scene, &self.overrides));
         let made_for_a_frame =
             scene.len() as usize > self.base.keys || self.rows.len() > self.base.keys;
         !made_for_a_frame
@@ -128,10 +140,11 @@ impl Packer {
                 let old = &self.columns.materials.rows[row as usize];
                 MaterialRow::from(new).is_specular() == old.is_specular()
             }),
-            Row::Light(row) => light(scene, key).is_some_and(|(place, _)| {
-                place.bits() == self.columns.light_place(LightId(row)).bits()
-            }),
-            Row::Checker | Row::Surface(_) => false,
+            Row::Lights(first, _) => lights(scene, key)
+                .into_iter()
+                .zip(first..)
+                .all(|(new, row)| new.0.bits() == self.columns.light_place(LightId(row)).bits()),
+            Row::Pattern | Row::Shown(..) => false,
             Row::None => true,
         }
     }
@@ -156,19 +169,19 @@ impl Packer {
         for key in dirty {
             match self.rows[key.index()] {
                 Row::Material(row) => self.repack_material(scene, key, row, &mut changes),
-                Row::Checker => {
-                    surfaces.extend(self.wearers.get(&key).into_iter().flatten().map(|s| s.0));
-                }
-                Row::Surface(row) => surfaces.push(row),
-                Row::Light(row) => self.repack_light(scene, key, row, &mut changes),
-                Row::None => {}
+                Row::Pattern | Row::None => {}
+                Row::Shown(first, count) => surfaces.extend(first..first + count),
+                Row::Lights(first, _) => self.repack_lights(scene, key, first, &mut changes),
             }
+            surfaces.extend(self.dependents.get(&key).into_iter().flatten().map(|s| s.0));
         }
         surfaces.sort_unstable();
         surfaces.dedup();
         for row in surfaces {
             let old = SurfaceState::of(&self.columns, row as usize);
-            self.repack_surface(scene, row as usize);
+            if self.repack_surface(scene, row as usize) == Fits::No {
+                return self.rebuild(scene);
+            }
             changes.compare_surface(
                 row as usize,
                 &old,
@@ -176,15 +189,49 @@ impl Packer {
             );
         }
 
-        self.repack_surfaces(scene, made);
+        if self.repack_surfaces(scene, made) == Fits::No {
+            return self.rebuild(scene);
+        }
         if let Some(view) = view(scene, &self.overrides) {
             self.columns.view = view;
         }
         self.columns.model = model(scene, &self.overrides);
         self.columns.samples = scene.image().samples;
+        self.columns.spread = spread(scene.image());
         changes.compare_settings(&before, &Settings::of(&self.columns));
         old_tail.compare(&self.columns, &self.base, &was, &self.lengths(), &mut changes);
         changes
+    }
+
+    /// Packs the script's own entities, into rows that are not there yet.
+    fn pack_all(&mut self, scene: &Scene) {
+        let made = self.append(scene, scene.sealed_len());
+        self.repack_surfaces(scene, made);
+        self.base = self.lengths();
+    }
+
+    /// Packs everything anew: a surface consists of other kinds of primitives than its rows are for.
+    fn rebuild(&mut self, scene: &Scene) -> Changes {
+        let mut materials = Materials::default();
+        materials.push(None, Material::GREY_MATT);
+        self.columns = Columns {
+            geometry: Geometry::default(),
+            surfaces: Surfaces::default(),
+            materials,
+            lights: Lights::default(),
+            view: view(scene, &self.overrides).unwrap_or(self.columns.view),
+            model: model(scene, &self.overrides),
+            samples: scene.image().samples,
+            spread: spread(scene.image()),
+        };
+        self.rows.clear();
+        self.sources.clear();
+        self.parents = Parents::default();
+        self.dependents.clear();
+        self.pack_all(scene);
+        let made = self.append(scene, scene.len());
+        self.repack_surfaces(scene, made);
+        Changes { rebuilt: true, ..Changes::default() }
     }
 
     fn lengths(&self) -> Lengths {
@@ -195,12 +242,7 @@ impl Packer {
             materials: c.materials.rows.len(),
             surfaces: c.surfaces.len(),
             prims: g.len(),
-            shapes: [
-                g.spheres.prim.len(),
-                g.planes.prim.len(),
-                g.quads.prim.len(),
-                g.triangles.prim.len(),
-            ],
+            shapes: g.rows_by_kind(),
             lights: c.lights.len(),
         }
     }
@@ -209,11 +251,13 @@ impl Packer {
         let base = self.base;
         let c = &mut self.columns;
         if self.rows.len() > base.keys {
-            for wearers in self.wearers.values_mut() {
-                wearers.retain(|s| s.index() < base.surfaces);
+            for surfaces in self.dependents.values_mut() {
+                surfaces.retain(|s| s.index() < base.surfaces);
             }
+            self.parents.truncate(base.keys as u32);
         }
         self.rows.truncate(base.keys);
+        self.sources.truncate(base.surfaces);
         c.materials.truncate(base.materials);
         c.lights.truncate(base.lights);
         c.surfaces.truncate(base.surfaces);
@@ -224,50 +268,83 @@ impl Packer {
     /// are left blank, since they may refer to later entities; they are returned.
     fn append(&mut self, scene: &Scene, end: u32) -> Range<usize> {
         let first = self.columns.surfaces.len();
-        for index in self.rows.len() as u32..end {
-            let key = Key(index);
+        let from = self.rows.len() as u32;
+        for key in (from..end).map(Key) {
+            // A group is made after its members.
+            if let Some(group) = scene.get::<Group>(key) {
+                self.parents.note(key, &group);
+            }
+        }
+        for key in (from..end).map(Key) {
             let row = self.append_one(scene, key);
             self.rows.push(row);
         }
         first..self.columns.surfaces.len()
     }
 
-    fn repack_surfaces(&mut self, scene: &Scene, rows: Range<usize>) {
+    fn repack_surfaces(&mut self, scene: &Scene, rows: Range<usize>) -> Fits {
         for i in rows {
-            self.repack_surface(scene, i);
+            if self.repack_surface(scene, i) == Fits::No {
+                return Fits::No;
+            }
         }
+        Fits::Yes
     }
 
     fn append_one(&mut self, scene: &Scene, key: Key) -> Row {
         let c = &mut self.columns;
-        if scene.has::<Surface>(key) {
-            let row = c.surfaces.len() as u32;
-            self.append_surface(scene, key);
-            Row::Surface(row)
+        if scene.has::<Surface>(key) || scene.has::<Instance>(key) {
+            let first = c.surfaces.len() as u32;
+            for source in sources(scene, &self.parents, key) {
+                self.append_surface(scene, key, source);
+            }
+            Row::Shown(first, self.columns.surfaces.len() as u32 - first)
         } else if let Some(material) = scene.get::<Material>(key) {
             c.materials.push(Some(key), material);
             Row::Material(c.materials.rows.len() as u32 - 1)
-        } else if scene.has::<Checker>(key) {
-            Row::Checker
-        } else if let Some((place, emissivity)) = light(scene, key) {
-            c.lights.push(key, place, emissivity);
-            Row::Light(c.lights.len() as u32 - 1)
+        } else if is_pattern(scene, key) {
+            Row::Pattern
+        } else if scene.has::<Group>(key) {
+            Row::Shown(0, 0)
         } else {
-            Row::None
+            let first = c.lights.len() as u32;
+            for (place, emissivity) in lights(scene, key) {
+                c.lights.push(key, place, emissivity);
+            }
+            match c.lights.len() as u32 - first {
+                0 => Row::None,
+                count => Row::Lights(first, count),
+            }
         }
     }
 
-    fn append_surface(&mut self, scene: &Scene, key: Key) {
+    fn append_surface(&mut self, scene: &Scene, key: Key, source: Source) {
         let id = SurfaceId(self.columns.surfaces.len() as u32);
-        let mesh = scene.get::<Mesh>(key).map(Arc::new);
-        let prims = mesh.as_ref().map_or(1, |m| m.data.triangles.len());
-        let kind = shape_kind(scene, key);
-        let c = &mut self.columns;
-        let first = PrimId(c.geometry.len() as u32);
-        c.surfaces.push_blank(key, first, prims as u32, mesh);
-        for _ in 0..prims {
-            c.geometry.push_blank(kind, id);
+        for step in &source.steps {
+            self.dependents.entry(step.place).or_default().insert(id);
         }
+        if source.surface != key {
+            self.dependents.entry(source.surface).or_default().insert(id);
+        }
+        let mesh = scene.get::<Mesh>(source.surface);
+        let first = PrimId(self.columns.geometry.len() as u32);
+        let g = &mut self.columns.geometry;
+        match &mesh {
+            Some(mesh) => {
+                mesh.data.triangles.iter().for_each(|_| g.push_blank(ShapeKind::Triangle, id));
+            }
+            None => {
+                let to = source.affine(scene);
+                for part in parts(scene, source.surface).map(|(parts, _)| parts).unwrap_or_default()
+                {
+                    let kind = to.as_ref().map_or(part, |to| part.moved(to)).kind();
+                    g.push_blank(kind, id);
+                }
+            }
+        }
+        let prims = g.len() as u32 - first.0;
+        self.columns.surfaces.push_blank(key, first, prims, mesh.map(Arc::new));
+        self.sources.push(source);
     }
 
     fn repack_material(&mut self, scene: &Scene, key: Key, row: u32, changes: &mut Changes) {
@@ -278,75 +355,103 @@ impl Packer {
         *slot = new;
     }
 
-    fn repack_light(&mut self, scene: &Scene, key: Key, row: u32, changes: &mut Changes) {
-        let Some((place, emissivity)) = light(scene, key) else { return };
-        let old = self.columns.light_bits(row as usize);
-        self.columns.lights.set(row as usize, place, emissivity);
-        changes.compare_light(row as usize, Some(old), Some(self.columns.light_bits(row as usize)));
+    fn repack_lights(&mut self, scene: &Scene, key: Key, first: u32, changes: &mut Changes) {
+        for ((place, emissivity), row) in lights(scene, key).into_iter().zip(first as usize..) {
+            let old = self.columns.light_bits(row);
+            self.columns.lights.set(row, place, emissivity);
+            changes.compare_light(row, Some(old), Some(self.columns.light_bits(row)));
+        }
     }
 
     /// Reads a surface's shape and paint from the world into its rows.
-    fn repack_surface(&mut self, scene: &Scene, i: usize) {
-        let key = self.columns.surfaces.key[i];
-        let Some(surface) = scene.get::<Surface>(key) else { return };
+    fn repack_surface(&mut self, scene: &Scene, i: usize) -> Fits {
+        let source = &self.sources[i];
+        let key = source.surface;
+        let Some(surface) = scene.get::<Surface>(key) else { return Fits::Yes };
+        let visible = source.is_visible(scene);
+        let to = source.affine(scene);
         let c = &mut self.columns;
-        c.surfaces.visible[i] = surface.visible;
+        c.surfaces.visible[i] = visible;
         let range = c.surfaces.range(i);
         let g = &mut c.geometry;
-        let mut frame = (DVec3::ZERO, DVec3::Y);
+        let anchor;
+        let mut own_parts = Vec::new();
         if let Some(mesh) = scene.get::<Mesh>(key) {
-            let moved = c.surfaces.mesh[i].as_ref().is_none_or(|old| !same_placement(old, &mesh));
+            let moved = c.surfaces.mesh[i].as_ref().is_none_or(|old| !same_placement(old, &mesh))
+                || c.surfaces.moved_by[i] != to.map(affine_bits);
             if moved || g.bounds[range.start..].first().is_none_or(Aabb::is_empty) {
-                g.set_mesh(range.start, &mesh);
+                g.set_mesh(range.start, &mesh, to.as_ref());
             }
-            frame = (mesh.translate, DVec3::Y);
+            anchor = Anchor { origin: mesh.translate, normal: None };
             c.surfaces.mesh[i] = Some(Arc::new(mesh));
-        } else if let Some(s) = scene.get::<Sphere>(key) {
-            g.set_sphere(range.start, &s);
-            frame = (s.center, DVec3::Y);
-        } else if let Some(p) = scene.get::<Plane>(key) {
-            g.set_plane(range.start, &p);
-            frame = (p.point, p.normal);
-        } else if let Some(q) = scene.get::<Quad>(key) {
-            g.set_quad(range.start, &q);
-            frame = (q.corner, q.normal());
-        } else if let Some(t) = scene.get::<Triangle>(key) {
-            g.set_triangle(range.start, [t.a, t.b, t.c].map(f32s), Some(t.normal()));
-            frame = (t.a, t.normal());
+            c.surfaces.moved_by[i] = to.map(affine_bits);
+        } else {
+            let Some((parts, own)) = parts(scene, source.surface) else { return Fits::Yes };
+            let moved = |part: &Part| to.as_ref().map_or(*part, |to| part.moved(to));
+            let kinds = parts.iter().map(|part| moved(part).kind());
+            if !kinds.eq(g.shape[range.clone()].iter().map(|(kind, _)| *kind)) {
+                return Fits::No;
+            }
+            for (prim, part) in range.clone().zip(&parts) {
+                g.set_part(prim, &moved(part));
+            }
+            (own_parts, anchor) = (parts, own);
         }
-        if !surface.visible {
+        if !visible {
             g.bounds[range].fill(Aabb::EMPTY);
         }
-        let paint = self.paint(scene, surface.material, frame);
-        self.columns.surfaces.paint[i] = paint;
-        // A frame may hand a surface another checker: it is a wearer of both from then on.
-        if let Some(m) = surface.material.filter(|_| paint.cells.is_some()) {
-            self.wearers.entry(m).or_default().insert(SurfaceId(i as u32));
+        let site = Site { anchor, parts: &own_parts, to: to.as_ref() };
+        let paint = self.paint(scene, surface.material, &site);
+        // A frame may hand a surface another pattern: it depends on both from then on.
+        let patterned = paint.cells.is_some() || paint.tint.is_some();
+        if let Some(m) = surface.material.filter(|_| patterned) {
+            self.dependents.entry(m).or_default().insert(SurfaceId(i as u32));
         }
+        self.columns.surfaces.set_paint(i, paint);
+        Fits::Yes
     }
 
-    fn paint(
-        &self,
-        scene: &Scene,
-        material: Option<Key>,
-        (origin, normal): (DVec3, DVec3),
-    ) -> Paint {
+    fn paint(&self, scene: &Scene, material: Option<Key>, site: &Site<'_>) -> Paint {
         let row = |key: Key| match self.rows.get(key.index()) {
             Some(Row::Material(row)) => MaterialId(*row),
             _ => Materials::GREY_MATT,
         };
-        let Some(key) = material else {
-            return Paint { even: Materials::GREY_MATT, odd: Materials::GREY_MATT, cells: None };
+        let Some(key) = material else { return Paint::plain(Materials::GREY_MATT) };
+        let alternate = |even, odd, cells: Wide| {
+            let cells = site.to.map_or_else(|| cells.rounded(), |to| cells.moved(to).rounded());
+            Paint { even: row(even), odd: row(odd), cells: Some(cells), tint: None }
         };
-        match scene.get::<Checker>(key) {
-            Some(checker) => Paint {
-                even: row(checker.even),
-                odd: row(checker.odd),
-                cells: Some(Cells::new(&checker, origin, normal)),
-            },
-            None => Paint { even: row(key), odd: row(key), cells: None },
+        let tinted = |base, tint| Paint { tint: Some(Arc::new(tint)), ..Paint::plain(row(base)) };
+        if let Some(checker) = scene.get::<Checker>(key) {
+            alternate(checker.even, checker.odd, Cells::checker(&checker, &site.anchor))
+        } else if let Some(stripes) = scene.get::<Stripes>(key) {
+            alternate(stripes.even, stripes.odd, Cells::stripes(&stripes, &site.anchor))
+        } else if let Some(textured) = scene.get::<Textured>(key) {
+            tinted(textured.base, Tint::textured(&textured, site))
+        } else if let Some(shader) = scene.get::<Shader>(key) {
+            tinted(shader.base, Tint::shader(&shader, site))
+        } else {
+            Paint::plain(row(key))
         }
     }
+}
+
+/// Whether a surface's parts are of the kinds that its rows are for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Fits {
+    Yes,
+    No,
+}
+
+fn is_pattern(scene: &Scene, key: Key) -> bool {
+    scene.has::<Checker>(key)
+        || scene.has::<Stripes>(key)
+        || scene.has::<Textured>(key)
+        || scene.has::<Shader>(key)
+}
+
+fn affine_bits(to: DAffine3) -> [u64; 12] {
+    to.to_cols_array().map(f64::to_bits)
 }
 
 /// Rows made for one frame, kept until they are compared with the next frame's.
@@ -392,29 +497,29 @@ fn model(scene: &Scene, overrides: &Overrides) -> Model {
     model
 }
 
+/// One sample is everywhere.
+pub(crate) fn spread(image: Image) -> Spread {
+    if image.samples > 1 { image.spread } else { Spread::Everywhere }
+}
+
 fn view(scene: &Scene, overrides: &Overrides) -> Option<View> {
     let camera = scene.get::<Camera>(scene.singletons.camera?)?;
     let image = scene.image();
     Some(View::new(&camera, overrides.size.unwrap_or([image.width, image.height])))
 }
 
-fn light(scene: &Scene, key: Key) -> Option<(crate::lights::LightPlace, [f32; 3])> {
+/// The lights that an entity is: one, or one a colour.
+fn lights(scene: &Scene, key: Key) -> Vec<(LightPlace, [f32; 3])> {
     if let Some(l) = scene.get::<PointLight>(key) {
-        return Some(point_light(&l));
+        return vec![point_light(&l)];
     }
-    scene.get::<Spotlight>(key).map(|l| spotlight(&l))
-}
-
-fn shape_kind(scene: &Scene, key: Key) -> ShapeKind {
-    if scene.has::<Sphere>(key) {
-        ShapeKind::Sphere
-    } else if scene.has::<Plane>(key) {
-        ShapeKind::Plane
-    } else if scene.has::<Quad>(key) {
-        ShapeKind::Quad
-    } else {
-        ShapeKind::Triangle
+    if let Some(l) = scene.get::<Spotlight>(key) {
+        return vec![spotlight(&l)];
     }
+    if let Some(l) = scene.get::<Sun>(key) {
+        return vec![sun(&l)];
+    }
+    scene.get::<Projector>(key).map(|l| projector(&l).to_vec()).unwrap_or_default()
 }
 
 /// Whether two meshes are the same triangles in the same place. The triangles are compared by their

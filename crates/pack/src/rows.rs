@@ -1,14 +1,15 @@
 //! Rows of surfaces and primitives: blank ones, and how a shape fills them.
 
 use crate::bounds::Aabb;
-use crate::geometry::{Geometry, ShapeKind};
+use crate::geometry::{Geometry, SHAPE_KINDS, ShapeKind};
 use crate::ids::{PrimId, SurfaceId};
 use crate::materials::Materials;
 use crate::packer::f32s;
+use crate::solids::Solid;
 use crate::surfaces::{Paint, Surfaces};
 use crate::view::unit;
-use glam::{DMat3, DVec3};
-use reflet_scene::{Key, Mesh, Plane, Quad, Sphere};
+use glam::{DAffine3, DMat3, DVec3};
+use reflet_scene::{Key, Mesh};
 use std::sync::Arc;
 
 impl Surfaces {
@@ -20,24 +21,24 @@ impl Surfaces {
         mesh: Option<Arc<Mesh>>,
     ) {
         self.key.push(key);
-        self.paint.push(Paint {
-            even: Materials::GREY_MATT,
-            odd: Materials::GREY_MATT,
-            cells: None,
-        });
+        self.paint.push(Paint::plain(Materials::GREY_MATT));
         self.first_prim.push(first);
         self.prims.push(prims);
         self.visible.push(true);
         self.mesh.push(mesh);
+        self.moved_by.push(None);
     }
 
     pub(crate) fn truncate(&mut self, n: usize) {
         self.key.truncate(n);
-        self.paint.truncate(n);
+        for paint in self.paint.split_off(n.min(self.paint.len())) {
+            self.count_tint(&paint, usize::wrapping_sub);
+        }
         self.first_prim.truncate(n);
         self.prims.truncate(n);
         self.visible.truncate(n);
         self.mesh.truncate(n);
+        self.moved_by.truncate(n);
     }
 }
 
@@ -69,6 +70,11 @@ impl Geometry {
                 self.triangles.prim.push(prim);
                 self.triangles.prim.len()
             }
+            ShapeKind::Solid => {
+                self.solids.rows.push(Solid::BLANK);
+                self.solids.prim.push(prim);
+                self.solids.prim.len()
+            }
         };
         self.shape.push((kind, row as u32 - 1));
         self.surface.push(surface);
@@ -78,7 +84,7 @@ impl Geometry {
     pub(crate) fn truncate(
         &mut self,
         prims: usize,
-        [spheres, planes, quads, triangles]: [usize; 4],
+        [spheres, planes, quads, triangles, solids]: [usize; SHAPE_KINDS],
     ) {
         self.spheres.center.truncate(spheres);
         self.spheres.radius.truncate(spheres);
@@ -92,12 +98,25 @@ impl Geometry {
         self.triangles.corners.iter_mut().for_each(|c| c.truncate(triangles));
         self.triangles.normal.truncate(triangles);
         self.triangles.prim.truncate(triangles);
+        self.solids.rows.truncate(solids);
+        self.solids.prim.truncate(solids);
         self.shape.truncate(prims);
         self.surface.truncate(prims);
         self.bounds.truncate(prims);
     }
 
-    fn row_of(&self, prim: usize) -> usize {
+    /// How many rows there are of each kind.
+    pub(crate) fn rows_by_kind(&self) -> [usize; SHAPE_KINDS] {
+        [
+            self.spheres.prim.len(),
+            self.planes.prim.len(),
+            self.quads.prim.len(),
+            self.triangles.prim.len(),
+            self.solids.prim.len(),
+        ]
+    }
+
+    pub(crate) fn row_of(&self, prim: usize) -> usize {
         self.shape[prim].1 as usize
     }
 
@@ -126,34 +145,13 @@ impl Geometry {
         PrimId(prim as u32)
     }
 
-    pub(crate) fn set_sphere(&mut self, prim: usize, s: &Sphere) {
-        self.place_sphere(prim, f32s(s.center), s.radius as f32);
-    }
-
-    fn place_sphere(&mut self, prim: usize, c: [f32; 3], r: f32) {
+    pub(crate) fn place_sphere(&mut self, prim: usize, c: [f32; 3], r: f32) {
         let row = self.row_of(prim);
         self.spheres.center.set(row, c);
         self.spheres.radius[row] = r;
         // The box of the sphere that the kernels see: rounded centre and radius.
         let (c, r) = (c.map(f64::from), f64::from(r));
         self.bounds[prim] = Aabb::outward(c.map(|x| x - r), c.map(|x| x + r));
-    }
-
-    pub(crate) fn set_plane(&mut self, prim: usize, p: &Plane) {
-        let row = self.row_of(prim);
-        self.planes.point.set(row, f32s(p.point));
-        self.planes.normal.set(row, f32s(unit(p.normal)));
-        self.bounds[prim] = Aabb::INFINITE;
-    }
-
-    pub(crate) fn set_quad(&mut self, prim: usize, q: &Quad) {
-        let row = self.row_of(prim);
-        let points = [q.corner, q.corner + q.u, q.corner + q.u + q.v, q.corner + q.v].map(f32s);
-        for (column, p) in self.quads.corners.iter_mut().zip(points) {
-            column.set(row, p);
-        }
-        self.quads.normal.set(row, f32s(unit(q.normal())));
-        self.bounds[prim] = Aabb::of_points(&points);
     }
 
     /// `normal` is that of the unrounded corners, if there are any.
@@ -175,8 +173,9 @@ impl Geometry {
         self.bounds[prim] = if has_area { Aabb::of_points(&points) } else { Aabb::EMPTY };
     }
 
-    /// Places the triangles of a mesh: each vertex once in `f64`, so that neighbours share it.
-    pub(crate) fn set_mesh(&mut self, first: usize, mesh: &Mesh) {
+    /// Places the triangles of a mesh: each vertex once in `f64`, so that neighbours share it. `to`
+    /// moves them on.
+    pub(crate) fn set_mesh(&mut self, first: usize, mesh: &Mesh, to: Option<&DAffine3>) {
         let turn = rotation(mesh.rotate);
         let placed: Vec<[f32; 3]> = mesh
             .data
@@ -184,7 +183,8 @@ impl Geometry {
             .iter()
             .map(|p| {
                 let p = DVec3::from_array(p.map(f64::from)) * mesh.scale;
-                f32s(turn * p + mesh.translate)
+                let placed = turn * p + mesh.translate;
+                f32s(to.map_or(placed, |to| to.transform_point3(placed)))
             })
             .collect();
         for (i, t) in mesh.data.triangles.iter().enumerate() {
@@ -194,7 +194,7 @@ impl Geometry {
 }
 
 /// About x, then y, then z, counter-clockwise seen from the tips of the axes. Right angles are exact.
-fn rotation(degrees: DVec3) -> DMat3 {
+pub(crate) fn rotation(degrees: DVec3) -> DMat3 {
     let [x, y, z] = degrees.to_array().map(sin_cos);
     let about_x = DMat3::from_cols(DVec3::X, DVec3::new(0.0, x.1, x.0), DVec3::new(0.0, -x.0, x.1));
     let about_y = DMat3::from_cols(DVec3::new(y.1, 0.0, -y.0), DVec3::Y, DVec3::new(y.0, 0.0, y.1));

@@ -1,55 +1,14 @@
 //! Which primitives are one surface, and what it wears.
 
+pub use crate::cells::Cells;
 use crate::ids::{MaterialId, PrimId};
-use crate::view::unit;
-use reflet_scene::{Checker, DVec3, Key, Mesh};
+use crate::tints::{Tint, TintPaint};
+use reflet_scene::{Key, Mesh};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The cells of a pattern on one flat surface: cell (floor((p - origin).x / size\[0\]),
-/// floor((p - origin).y / size\[1\])).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cells {
-    /// The corner of cell (0, 0).
-    pub origin: [f32; 3],
-    /// The unit direction of the first coordinate.
-    pub x: [f32; 3],
-    /// The unit direction of the second coordinate.
-    pub y: [f32; 3],
-    /// The cells' lengths.
-    pub size: [f32; 2],
-}
-
-impl Cells {
-    /// The bits of all eleven numbers.
-    pub fn bits(&self) -> [u32; 11] {
-        let mut out = [0; 11];
-        let all = self.origin.iter().chain(&self.x).chain(&self.y).chain(&self.size);
-        for (o, v) in out.iter_mut().zip(all) {
-            *o = v.to_bits();
-        }
-        out
-    }
-
-    /// The cells of `checker` on a surface with `origin` and `normal` (of any length).
-    ///
-    /// Where `xdir` is along the normal (which scripts are told is an error) or the surface is
-    /// curved, any direction across the normal serves.
-    pub(crate) fn new(checker: &Checker, origin: DVec3, normal: DVec3) -> Cells {
-        let n = unit(normal);
-        let flat = checker.xdir - n * checker.xdir.dot(n);
-        let x = if flat.length() > 0.0 { unit(flat) } else { n.any_orthonormal_vector() };
-        Cells {
-            origin: origin.to_array().map(|v| v as f32),
-            x: x.to_array().map(|v| v as f32),
-            y: n.cross(x).to_array().map(|v| v as f32),
-            size: checker.size.map(|v| v as f32),
-        }
-    }
-}
-
 /// What a surface wears.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Paint {
     /// The material of even cells, or of all of it without a pattern.
     pub even: MaterialId,
@@ -57,23 +16,38 @@ pub struct Paint {
     pub odd: MaterialId,
     /// The pattern's cells, if it has one.
     pub cells: Option<Cells>,
+    /// What makes its reflectivities differ from point to point.
+    pub tint: Option<Arc<Tint>>,
+}
+
+impl Paint {
+    /// The same material everywhere.
+    pub(crate) fn plain(material: MaterialId) -> Paint {
+        Paint { even: material, odd: material, cells: None, tint: None }
+    }
 }
 
 /// Surfaces in key order.
 #[derive(Clone, Debug, Default)]
 pub struct Surfaces {
-    /// Whose row it is.
+    /// Whose row it is; that of an instance shows another's shape.
     pub key: Vec<Key>,
     /// What each wears.
     pub paint: Vec<Paint>,
     /// The first of its primitives; the last row's end is the number of primitives.
     pub first_prim: Vec<PrimId>,
-    /// How many primitives it has: 1, or the triangles of a mesh.
+    /// How many primitives it has: mostly 1; the faces and caps of a shape, the triangles of a mesh.
     pub prims: Vec<u32>,
     /// Whether it is in the picture.
     pub visible: Vec<bool>,
     /// The placement, for those that are meshes.
     pub mesh: Vec<Option<Arc<Mesh>>>,
+    /// For meshes, the bits of the way that groups and instances move them on, if they do.
+    pub moved_by: Vec<Option<[u64; 12]>>,
+    /// How many wear a texture.
+    textured: usize,
+    /// How many wear expressions.
+    shaded: usize,
 }
 
 impl Surfaces {
@@ -85,6 +59,31 @@ impl Surfaces {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.key.is_empty()
+    }
+
+    /// Gives surface `i` what it wears.
+    pub(crate) fn set_paint(&mut self, i: usize, paint: Paint) {
+        let old = std::mem::replace(&mut self.paint[i], paint);
+        self.count_tint(&old, usize::wrapping_sub);
+        let new = self.paint[i].clone();
+        self.count_tint(&new, usize::wrapping_add);
+    }
+
+    pub(crate) fn count_tint(&mut self, paint: &Paint, count: fn(usize, usize) -> usize) {
+        match paint.tint.as_ref().map(|tint| &tint.paint) {
+            None => {}
+            Some(TintPaint::Texture { .. }) => self.textured = count(self.textured, 1),
+            Some(TintPaint::Programs(_)) => self.shaded = count(self.shaded, 1),
+        }
+    }
+
+    /// The numbers that a point's tint has: 0, 3 for a texel, 9 for three colours.
+    pub fn tint_channels(&self) -> usize {
+        match (self.textured, self.shaded) {
+            (0, 0) => 0,
+            (_, 0) => 3,
+            _ => 9,
+        }
     }
 
     /// The primitives of surface `i`.

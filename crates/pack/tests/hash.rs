@@ -3,8 +3,8 @@
 use glam::DVec3;
 use reflet_pack::{Overrides, Packer, SceneHash, SceneHasher};
 use reflet_scene::{
-    Attenuation, Camera, Checker, Image, Material, Mesh, MeshData, Plane, PointLight, Quad, Scene,
-    Settings, Sphere, Spotlight, Surface, TransferCurve, Triangle,
+    Attenuation, Camera, Checker, Falloff, Image, Material, Mesh, MeshData, Plane, PointLight,
+    Quad, Scene, Settings, Sphere, Spotlight, Surface, Tiles, TransferCurve, Triangle,
 };
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -26,7 +26,7 @@ impl Nouns {
     fn new() -> Nouns {
         Nouns {
             numbers: (0..NUMBERS).map(|i| 0.5 + 0.37 * i as f64).collect(),
-            image: Image { width: 8, height: 6, samples: 1 },
+            image: Image { width: 8, height: 6, ..Image::default() },
             settings: Settings { max_path: 100.0, ..Settings::default() },
             visible: true,
             worn: 0,
@@ -46,15 +46,22 @@ impl Nouns {
         scene.singletons.camera = Some(scene.spawn((camera,)));
         scene.singletons.image = Some(scene.spawn((self.image,)));
         scene.singletons.settings = Some(scene.spawn((self.settings,)));
-        scene.spawn((PointLight { at: three(), emissivity: three() },));
+        scene.spawn((PointLight { at: three(), emissivity: three(), falloff: Falloff::Inverse },));
         let (at, emissivity) = (three(), three());
-        scene.spawn((Spotlight { at, aim: -three(), angle_degrees: 30.0, emissivity },));
+        scene.spawn((Spotlight {
+            at,
+            aim: -three(),
+            angle_degrees: 30.0,
+            emissivity,
+            falloff: Falloff::None,
+        },));
         let wear = |material| Surface { material: Some(material), visible: true };
         let worn = Surface { visible: self.visible, ..wear([first, second][self.worn]) };
         let sphere = three();
         scene.spawn((Sphere { center: sphere, radius: 0.5 + sphere.x }, worn));
         let (point, normal) = (three(), three());
-        let checker = Checker { even: first, odd: second, size: [1.0, 2.0], xdir: three() };
+        let checker =
+            Checker { even: first, odd: second, size: Tiles::Flat([1.0, 2.0]), xdir: three() };
         let checker = scene.spawn((checker,));
         scene.spawn((Plane { point, normal }, wear(checker)));
         let corner = three();

@@ -6,11 +6,14 @@
 //! | room | holds |
 //! | --- | --- |
 //! | [`key`] | identity and order of making |
-//! | [`shape`] | sphere, plane, quad, triangle |
+//! | [`shape`] | sphere, plane, quad, triangle, disc, cuboid |
+//! | [`quadric`] | cylinder, cone, paraboloid, hyperboloid, ellipsoid, torus |
+//! | [`place`] | groups, instances, and where they put things |
 //! | [`mesh`] | indexed triangles and their placement |
-//! | [`texture`] | pictures that surfaces wear |
 //! | [`material`] | reflectivities, checker, and which surface wears what |
-//! | [`light`] | point light and spotlight |
+//! | [`texture`] | pictures that surfaces wear |
+//! | [`program`] | reflectivities as expressions |
+//! | [`light`] | point light, spotlight, sun and projector |
 //! | [`camera`] | the two views |
 //! | [`settings`] | picture, settings of the model, animation |
 //! | [`random`] | seeded streams of numbers |
@@ -25,6 +28,9 @@ pub mod key;
 pub mod light;
 pub mod material;
 pub mod mesh;
+pub mod place;
+pub mod program;
+pub mod quadric;
 pub mod random;
 pub mod scene;
 pub mod settings;
@@ -36,11 +42,14 @@ pub use fault::Fault;
 pub use glam::DVec3;
 pub use journal::Noun;
 pub use key::Key;
-pub use light::{PointLight, Spotlight};
-pub use material::{Checker, Material, Surface};
+pub use light::{Falloff, PointLight, Projector, Spotlight, Sun};
+pub use material::{Checker, Material, Stripes, Surface, Tiles};
 pub use mesh::{Mesh, MeshData, MeshMaterial};
+pub use place::{Group, Instance, Place};
+pub use program::{Program, Shader};
+pub use quadric::{Caps, Cone, Cylinder, Ellipsoid, Hyperboloid, Paraboloid, Torus};
 pub use random::RandomStream;
 pub use scene::{Scene, Singletons};
-pub use settings::{Animation, Attenuation, Image, Settings, TransferCurve};
-pub use shape::{Plane, Quad, Sphere, Triangle};
-pub use texture::Texture;
+pub use settings::{Animation, Attenuation, Image, Settings, Spread, TransferCurve};
+pub use shape::{Cuboid, Disc, Plane, Quad, Sphere, Triangle};
+pub use texture::{Mapping, TexelFilter, Texture, Textured};

@@ -28,40 +28,85 @@ impl Material {
     }
 }
 
-/// Two materials in tiles over a flat surface.
+/// The lengths of a checker's tiles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tiles {
+    /// Along x and y of a flat surface, above 0.
+    Flat([f64; 2]),
+    /// Along the scene's x, y and z, through any surface; above 0.
+    Solid([f64; 3]),
+}
+
+/// Two materials in tiles over a flat surface, or in blocks through any.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Checker {
-    /// The material where the sum of the tile's two numbers is even.
+    /// The material where the sum of the tile's numbers is even.
     pub even: Key,
     /// The material where it is odd.
     pub odd: Key,
-    /// The tiles' lengths along x and y, above 0.
-    pub size: [f64; 2],
-    /// The direction of x; its part along the surface's normal is removed.
+    /// The tiles' lengths.
+    pub size: Tiles,
+    /// The direction of x on a flat surface; its part along the surface's normal is removed.
+    pub xdir: DVec3,
+}
+
+/// Two materials in stripes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stripes {
+    /// The material of even stripes, the one that begins at the surface's origin among them.
+    pub even: Key,
+    /// The material of odd stripes.
+    pub odd: Key,
+    /// A stripe's width, above 0.
+    pub width: f64,
+    /// The direction across the stripes; on a flat surface its part along the normal is removed.
     pub xdir: DVec3,
 }
 
 impl Checker {
     /// Whether this is a checker that can be rendered (on some surface).
     pub fn check(&self) -> Result<(), Fault> {
-        positive("size", self.size[0])?;
-        positive("size", self.size[1])?;
+        let sizes = match &self.size {
+            Tiles::Flat(size) => &size[..],
+            Tiles::Solid(size) => &size[..],
+        };
+        sizes.iter().try_for_each(|s| positive("size", *s))?;
         direction("xdir", self.xdir)
     }
 
     /// Whether it can be worn by a flat surface with this normal (of any length but zero).
     pub fn check_on(&self, normal: DVec3) -> Result<(), Fault> {
-        if parallel(self.xdir, normal) {
-            return Err(Fault::new("xdir", "must not be along the normal of the surface"));
+        match self.size {
+            Tiles::Flat(_) => lies_across(self.xdir, normal),
+            Tiles::Solid(_) => Ok(()),
         }
-        Ok(())
     }
+}
+
+impl Stripes {
+    /// Whether these are stripes that can be rendered (on some surface).
+    pub fn check(&self) -> Result<(), Fault> {
+        positive("width", self.width)?;
+        direction("xdir", self.xdir)
+    }
+
+    /// Whether they can be worn by a flat surface with this normal (of any length but zero).
+    pub fn check_on(&self, normal: DVec3) -> Result<(), Fault> {
+        lies_across(self.xdir, normal)
+    }
+}
+
+pub(crate) fn lies_across(xdir: DVec3, normal: DVec3) -> Result<(), Fault> {
+    if parallel(xdir, normal) {
+        return Err(Fault::new("xdir", "must not be along the normal of the surface"));
+    }
+    Ok(())
 }
 
 /// What every surface has beside its shape.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Surface {
-    /// The entity with its [`Material`] or [`Checker`]; `None` is [`Material::GREY_MATT`].
+    /// The entity with its [`Material`] or pattern; `None` is [`Material::GREY_MATT`].
     pub material: Option<Key>,
     /// Whether it is in the picture at all.
     pub visible: bool,

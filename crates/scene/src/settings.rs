@@ -12,6 +12,18 @@ pub struct Image {
     pub height: u32,
     /// Samples a pixel, 1 to [`Image::MAX_SAMPLES`].
     pub samples: u32,
+    /// Where they are spent.
+    pub spread: Spread,
+}
+
+/// Where the samples of a picture are spent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Spread {
+    /// In every pixel.
+    #[default]
+    Everywhere,
+    /// In pixels with an edge; the others have one.
+    Edges,
 }
 
 impl Image {
@@ -36,7 +48,7 @@ impl Image {
 
 impl Default for Image {
     fn default() -> Self {
-        Self { width: 640, height: 360, samples: 1 }
+        Self { width: 640, height: 360, samples: 1, spread: Spread::Everywhere }
     }
 }
 

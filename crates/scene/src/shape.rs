@@ -43,6 +43,36 @@ pub struct Triangle {
     pub c: DVec3,
 }
 
+/// The flat disc around `center` across `normal`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// The centre, and the origin of its patterns.
+    pub center: DVec3,
+    /// The normal, of any length but zero.
+    pub normal: DVec3,
+    /// The radius, above 0.
+    pub radius: f64,
+}
+
+/// A box whose faces lie along the scene's axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cuboid {
+    /// Between two corners.
+    Corners {
+        /// The least x, y and z.
+        min: DVec3,
+        /// The greatest; each above that of `min`.
+        max: DVec3,
+    },
+    /// Around a point.
+    Centered {
+        /// The middle.
+        center: DVec3,
+        /// The lengths along x, y and z, above 0.
+        size: DVec3,
+    },
+}
+
 impl Sphere {
     /// Whether this is a sphere that can be rendered.
     pub fn check(&self) -> Result<(), Fault> {
@@ -96,5 +126,47 @@ impl Triangle {
             ));
         }
         Ok(())
+    }
+}
+
+impl Disc {
+    /// Whether this is a disc that can be rendered.
+    pub fn check(&self) -> Result<(), Fault> {
+        finite("center", &self.center.to_array())?;
+        direction("normal", self.normal)?;
+        positive("radius", self.radius)
+    }
+}
+
+impl Cuboid {
+    /// The corners of least and of greatest x, y and z.
+    pub fn corners(&self) -> [DVec3; 2] {
+        match *self {
+            Cuboid::Corners { min, max } => [min, max],
+            Cuboid::Centered { center, size } => [center - size / 2.0, center + size / 2.0],
+        }
+    }
+
+    /// Whether this is a cuboid that can be rendered.
+    pub fn check(&self) -> Result<(), Fault> {
+        let [min, max] = self.corners();
+        let (first, last) = match self {
+            Cuboid::Corners { .. } => ("min", "max"),
+            Cuboid::Centered { .. } => ("center", "size"),
+        };
+        finite(first, &min.to_array())?;
+        finite(last, &max.to_array())?;
+        let above = |k: usize| (max[k] as f32) > min[k] as f32;
+        match (self, (0..3).all(above)) {
+            (_, true) => Ok(()),
+            (Cuboid::Corners { .. }, _) => Err(Fault::new(
+                "max",
+                "must be above `min` in x, y and z (also after rounding to f32)",
+            )),
+            (Cuboid::Centered { .. }, _) => Err(Fault::new(
+                "size",
+                "must be three lengths above 0 (also after rounding the corners to f32)",
+            )),
+        }
     }
 }

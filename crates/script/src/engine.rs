@@ -1,7 +1,9 @@
 //! The Rhai engine: what of it scripts can reach, and its limits.
 
 use crate::state::Shared;
-use crate::{guard, handle, helpers, maths, params, random, state, time, trouble, vec3};
+use crate::{
+    guard, handle, helpers, maths, params, placed, random, state, symbolic, time, trouble, vec3,
+};
 use rhai::packages::{
     ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage,
     BasicMathPackage, BasicStringPackage, LogicPackage, MoreStringPackage, Package,
@@ -127,8 +129,10 @@ pub(crate) fn build(state: &Shared, meter: &Arc<Meter>, max: u64, print: Printer
     vec3::register(&mut engine);
     handle::register(&mut engine, state);
     state::register(&mut engine, state);
+    placed::register(&mut engine, state);
     maths::register(&mut engine);
     helpers::register(&mut engine);
+    symbolic::register(&mut engine);
     random::register(&mut engine, state);
     params::register(&mut engine, state);
     time::register(&mut engine, state);

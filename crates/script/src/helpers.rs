@@ -1,6 +1,7 @@
 //! The small functions of animation, vectors and colours.
 
 use crate::maths::Unary;
+use crate::symbolic::{self, any_symbolic};
 use crate::trouble::{Fallible, trouble};
 use crate::value::{colour, describe, need_array, need_number, need_vector, number, vector};
 use crate::vec3::Vec3;
@@ -173,12 +174,23 @@ fn hsv(h: f64, s: f64, v: f64) -> Fallible<DVec3> {
 /// Registers everything.
 pub(crate) fn register(engine: &mut Engine) {
     engine.register_fn("lerp", |a: Dynamic, b: Dynamic, t: Dynamic| -> Fallible<Dynamic> {
+        if any_symbolic(&[&a, &b, &t]) {
+            return symbolic::mix(&a, &b, &t);
+        }
         lerp(&a, &b, need_number("lerp", &t)?)
     });
-    engine.register_fn("clamp", |x: Dynamic, low: Dynamic, high: Dynamic| clamp(&x, &low, &high));
-    engine.register_fn("smoothstep", |e0: Dynamic, e1: Dynamic, x: Dynamic| -> Fallible<f64> {
+    engine.register_fn("clamp", |x: Dynamic, low: Dynamic, high: Dynamic| {
+        if any_symbolic(&[&x, &low, &high]) {
+            return symbolic::clamp(&x, &low, &high);
+        }
+        clamp(&x, &low, &high)
+    });
+    engine.register_fn("smoothstep", |e0: Dynamic, e1: Dynamic, x: Dynamic| -> Fallible<Dynamic> {
+        if any_symbolic(&[&e0, &e1, &x]) {
+            return symbolic::smoothstep(&e0, &e1, &x);
+        }
         let [e0, e1, x] = [e0, e1, x].map(|n| need_number("smoothstep", &n));
-        smoothstep(e0?, e1?, x?)
+        smoothstep(e0?, e1?, x?).map(Dynamic::from)
     });
     for &(name, ease) in EASINGS {
         engine.register_fn(name, move |t: Dynamic| -> Fallible<f64> {
@@ -192,12 +204,20 @@ pub(crate) fn register(engine: &mut Engine) {
             need_number("keys", &eased)
         })
     });
-    engine.register_fn("length", |v: Dynamic| need_vector("length", &v).map(DVec3::length));
+    engine.register_fn("length", |v: Dynamic| -> Fallible<Dynamic> {
+        if any_symbolic(&[&v]) {
+            return symbolic::length(&v);
+        }
+        need_vector("length", &v).map(|v| v.length().into())
+    });
     engine.register_fn("normalize", |v: Dynamic| -> Fallible<Vec3> {
         normalize(need_vector("normalize", &v)?).map(Vec3)
     });
-    engine.register_fn("dot", |a: Dynamic, b: Dynamic| -> Fallible<f64> {
-        Ok(need_vector("dot", &a)?.dot(need_vector("dot", &b)?))
+    engine.register_fn("dot", |a: Dynamic, b: Dynamic| -> Fallible<Dynamic> {
+        if any_symbolic(&[&a, &b]) {
+            return symbolic::dot(&a, &b);
+        }
+        Ok(need_vector("dot", &a)?.dot(need_vector("dot", &b)?).into())
     });
     engine.register_fn("cross", |a: Dynamic, b: Dynamic| -> Fallible<Vec3> {
         Ok(Vec3(need_vector("cross", &a)?.cross(need_vector("cross", &b)?)))

@@ -26,11 +26,13 @@
 //! | `stage` | a script that has run once, and its frames |
 //! | `own_thread` | the thread it runs on, and the watch over its memory |
 //! | `engine`, `guard` | what of Rhai scripts can reach, and its limits |
-//! | `nouns`, `table` | the one table of makers and keys; a new shape is one entry |
+//! | `nouns`, `shapes`, `table` | the one table of makers and keys; a new shape is one entry |
 //! | `parse`, `state`, `handle` | from maps to nouns, from handles to properties |
+//! | `placed` | groups and instances |
 //! | `origins` | where each thing was made, so that it can be named |
 //! | `time`, `capture`, `mutation` | frames, and putting captured variables back |
 //! | `vec3`, `maths`, `helpers`, `random`, `params` | what scripts calculate with |
+//! | `symbolic` | shader functions, recorded |
 //! | `trouble`, `locate`, `error`, `names` | what is wrong, where, and what was meant |
 //! | [`reference`](mod@reference) | the language as data |
 //!
@@ -53,10 +55,13 @@ mod origins;
 mod own_thread;
 mod params;
 mod parse;
+mod placed;
 mod random;
 pub mod reference;
+mod shapes;
 mod stage;
 mod state;
+mod symbolic;
 mod table;
 mod time;
 mod trouble;

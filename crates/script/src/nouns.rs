@@ -1,10 +1,15 @@
 //! The rows of the table: every maker with its keys.
 
+use crate::shapes::{
+    CONE, CUBOID, CUBOID_CENTERED, CYLINDER, DISC, ELLIPSOID, HYPERBOLOID, MESH, PARABOLOID, PLANE,
+    QUAD, SPHERE, TORUS, TRIANGLE,
+};
 use crate::table::{AnyForm, Field, Form, KeyInfo, Role, Takes};
 use glam::DVec3;
 use reflet_scene::{
-    Animation, Attenuation, Camera, Checker, Image, Key, Material, Mesh, MeshData, Plane,
-    PointLight, Quad, Settings, Sphere, Spotlight, TransferCurve, Triangle,
+    Animation, Attenuation, Camera, Checker, Falloff, Image, Key, Mapping, Material, Place,
+    PointLight, Projector, Settings, Shader, Spotlight, Spread, Stripes, Sun, TexelFilter,
+    Textured, Tiles, TransferCurve,
 };
 use std::sync::Arc;
 
@@ -37,13 +42,48 @@ macro_rules! variant {
     };
 }
 
-use Takes::{Angles, Colour, Degrees, Direction, Factor, File, NotNegative, Paint, Point};
-use Takes::{Positive, Sizes, Whole, Word};
+use Takes::Image as Picture;
+use Takes::{
+    Angles, Colour, Degrees, Direction, Expression, Flag, NotNegative, Paint, Point, Positive,
+    Scale,
+};
+use Takes::{Sizes, TileSizes, Whole, Word};
+
+pub(crate) use {field, variant};
 
 /// All forms, in the order of the reference.
 pub(crate) static FORMS: &[&dyn AnyForm] = &[
-    &IMAGE, &SETTINGS, &LOOK_AT, &WINDOW, &ANIMATION, &LIGHT, &SPOTLIGHT, &MATERIAL, &CHECKER,
-    &SPHERE, &PLANE, &QUAD, &TRIANGLE, &MESH,
+    &IMAGE,
+    &SETTINGS,
+    &LOOK_AT,
+    &PARALLEL,
+    &WINDOW,
+    &ANIMATION,
+    &LIGHT,
+    &SPOTLIGHT,
+    &SUN,
+    &PROJECTOR,
+    &MATERIAL,
+    &CHECKER,
+    &STRIPES,
+    &TEXTURED,
+    &SHADER,
+    &SPHERE,
+    &PLANE,
+    &QUAD,
+    &TRIANGLE,
+    &DISC,
+    &CUBOID,
+    &CUBOID_CENTERED,
+    &CYLINDER,
+    &CONE,
+    &PARABOLOID,
+    &HYPERBOLOID,
+    &ELLIPSOID,
+    &TORUS,
+    &MESH,
+    &GROUP,
+    &INSTANCE,
 ];
 
 static IMAGE: Form<Image> = Form {
@@ -55,6 +95,16 @@ static IMAGE: Form<Image> = Form {
         field!("width", Whole(1, Image::MAX_EDGE), Some("640"), "pixels in a row", width),
         field!("height", Whole(1, Image::MAX_EDGE), Some("360"), "rows", height),
         field!("samples", Whole(1, Image::MAX_SAMPLES), Some("1"), "samples a pixel", samples),
+        Field {
+            info: KeyInfo {
+                name: "adaptive",
+                takes: Flag,
+                default: Some("false"),
+                doc: "whether only pixels with an edge get more than one sample",
+            },
+            get: |i| (i.spread == Spread::Edges).into(),
+            set: |i, v| i.spread = if v.into() { Spread::Edges } else { Spread::Everywhere },
+        },
     ],
     relations: None,
     normal: None,
@@ -156,6 +206,50 @@ static LOOK_AT: Form<Camera> = Form {
     normal: None,
 };
 
+static PARALLEL: Form<Camera> = Form {
+    maker: "camera",
+    role: Role::Camera,
+    doc: "Parallel rays instead: no perspective.",
+    blank: || Camera::Parallel {
+        eye: DVec3::ZERO,
+        look_at: DVec3::ZERO,
+        up: DVec3::Y,
+        height: 1.0,
+    },
+    fields: &[
+        variant!("eye", Point, None, "where the rays start", Camera::Parallel, eye, DVec3::ZERO),
+        variant!(
+            "look_at",
+            Point,
+            None,
+            "the point in the middle of the picture",
+            Camera::Parallel,
+            look_at,
+            DVec3::ZERO
+        ),
+        variant!(
+            "up",
+            Direction,
+            Some("[0, 1, 0]"),
+            "the direction that is up in the picture",
+            Camera::Parallel,
+            up,
+            DVec3::Y
+        ),
+        variant!(
+            "ortho",
+            Positive,
+            None,
+            "the height that the picture shows",
+            Camera::Parallel,
+            height,
+            1.0
+        ),
+    ],
+    relations: Some(Camera::check),
+    normal: None,
+};
+
 static WINDOW: Form<Camera> = Form {
     maker: "camera",
     role: Role::Camera,
@@ -198,14 +292,47 @@ static ANIMATION: Form<Animation> = Form {
     normal: None,
 };
 
+/// The row of how a light falls with distance, for any light that has it.
+macro_rules! falloff {
+    () => {
+        Field {
+            info: KeyInfo {
+                name: "falloff",
+                takes: Word(&["inverse", "none", "square"]),
+                default: Some("\"inverse\""),
+                doc: "how it falls with the distance r: 1/r, not at all, 1/r^2",
+            },
+            get: |l| (l.falloff as usize).into(),
+            set: |l, v| {
+                let all = [Falloff::Inverse, Falloff::None, Falloff::Square];
+                l.falloff = all[<usize as From<_>>::from(v)];
+            },
+        }
+    };
+}
+
+static SUN: Form<Sun> = Form {
+    maker: "sun",
+    role: Role::Light,
+    doc: "Light that travels in one direction from infinitely far away, the same everywhere.",
+    blank: || Sun { direction: -DVec3::Y, emissivity: DVec3::ZERO },
+    fields: &[
+        field!("direction", Direction, None, "where it travels, of any length", direction),
+        field!("emissivity", Colour, None, "its intensity", emissivity),
+    ],
+    relations: None,
+    normal: None,
+};
+
 static LIGHT: Form<PointLight> = Form {
     maker: "light",
     role: Role::Light,
     doc: "A light in one point, the same in all directions.",
-    blank: || PointLight { at: DVec3::ZERO, emissivity: DVec3::ZERO },
+    blank: || PointLight { at: DVec3::ZERO, emissivity: DVec3::ZERO, falloff: Falloff::default() },
     fields: &[
         field!("at", Point, None, "where it is", at),
         field!("emissivity", Colour, None, "its intensity", emissivity),
+        falloff!(),
     ],
     relations: None,
     normal: None,
@@ -220,14 +347,42 @@ static SPOTLIGHT: Form<Spotlight> = Form {
         aim: DVec3::ZERO,
         angle_degrees: 1.0,
         emissivity: DVec3::ZERO,
+        falloff: Falloff::default(),
     },
     fields: &[
         field!("at", Point, None, "where it is", at),
         field!("aim", Point, None, "a point on the cone's axis", aim),
         field!("angle", Degrees(90.0), None, "the cone's half width", angle_degrees),
         field!("emissivity", Colour, None, "its intensity", emissivity),
+        falloff!(),
     ],
     relations: Some(Spotlight::check),
+    normal: None,
+};
+
+static PROJECTOR: Form<Projector> = Form {
+    maker: "projector",
+    role: Role::Light,
+    doc: "A slide in front of a light: what it shines on shows the picture.",
+    blank: || Projector {
+        at: DVec3::ZERO,
+        aim: DVec3::ZERO,
+        up: DVec3::Y,
+        angle_degrees: 1.0,
+        image: Arc::default(),
+        emissivity: DVec3::ZERO,
+        falloff: Falloff::default(),
+    },
+    fields: &[
+        field!("at", Point, None, "where it is", at),
+        field!("aim", Point, None, "a point that the picture's middle falls on", aim),
+        field!("up", Direction, Some("[0, 1, 0]"), "the direction that is up in the picture", up),
+        field!("angle", Degrees(90.0), None, "half of the picture's width", angle_degrees),
+        field!("file", Picture, None, "the picture, relative to the script's folder", image),
+        field!("emissivity", Colour, None, "the intensity behind the slide", emissivity),
+        falloff!(),
+    ],
+    relations: Some(Projector::check),
     normal: None,
 };
 
@@ -246,116 +401,160 @@ pub(crate) static MATERIAL: Form<Material> = Form {
     normal: None,
 };
 
-/// The form of what wears two materials.
+/// The row of one of a pattern's two materials.
+macro_rules! alternate {
+    ($name:literal, $doc:literal, $place:ident) => {
+        Field {
+            info: KeyInfo { name: $name, takes: Paint, default: None, doc: $doc },
+            get: |c| Some(c.$place).into(),
+            set: |c, v| c.$place = Option::from(v).unwrap_or(c.$place),
+        }
+    };
+}
+
+/// The form of two materials in tiles.
 pub(crate) static CHECKER: Form<Checker> = Form {
     maker: "checker",
-    role: Role::Checker,
-    doc: "Two materials in tiles over a flat surface (plane, quad, triangle); serves as a material.",
-    blank: || Checker { even: Key(0), odd: Key(0), size: [1.0, 1.0], xdir: DVec3::X },
+    role: Role::Pattern,
+    doc: "Two materials in tiles over a flat surface (plane, quad, triangle, disc), or with three sizes in blocks through any; serves as a material.",
+    blank: || Checker { even: Key(0), odd: Key(0), size: Tiles::Flat([1.0, 1.0]), xdir: DVec3::X },
     fields: &[
-        Field {
-            info: KeyInfo {
-                name: "even",
-                takes: Paint,
-                default: None,
-                doc: "the material where the sum of a tile's two numbers is even",
-            },
-            get: |c| Some(c.even).into(),
-            set: |c, v| c.even = Option::from(v).unwrap_or(c.even),
-        },
-        Field {
-            info: KeyInfo {
-                name: "odd",
-                takes: Paint,
-                default: None,
-                doc: "the material where it is odd",
-            },
-            get: |c| Some(c.odd).into(),
-            set: |c, v| c.odd = Option::from(v).unwrap_or(c.odd),
-        },
-        field!("size", Sizes, Some("[1, 1]"), "a tile's lengths along x and y", size),
-        field!("xdir", Direction, Some("[1, 0, 0]"), "the direction of x in the surface", xdir),
-    ],
-    relations: None,
-    normal: None,
-};
-
-static SPHERE: Form<Sphere> = Form {
-    maker: "sphere",
-    role: Role::Surface,
-    doc: "All points at the distance `radius` from `center`.",
-    blank: || Sphere { center: DVec3::ZERO, radius: 1.0 },
-    fields: &[
-        field!("center", Point, None, "the centre", center),
-        field!("radius", Positive, None, "the radius", radius),
-    ],
-    relations: None,
-    normal: None,
-};
-
-static PLANE: Form<Plane> = Form {
-    maker: "plane",
-    role: Role::Surface,
-    doc: "The infinite plane through `point` across `normal`.",
-    blank: || Plane { point: DVec3::ZERO, normal: DVec3::Y },
-    fields: &[
-        field!("point", Point, None, "a point of the plane, the origin of its patterns", point),
-        field!("normal", Direction, None, "the normal, of any length", normal),
-    ],
-    relations: None,
-    normal: Some(|plane| plane.normal),
-};
-
-static QUAD: Form<Quad> = Form {
-    maker: "quad",
-    role: Role::Surface,
-    doc: "The parallelogram `corner + s u + t v`, s and t from 0 to 1.",
-    blank: || Quad { corner: DVec3::ZERO, u: DVec3::X, v: DVec3::Y },
-    fields: &[
+        alternate!("even", "the material where the sum of a tile's numbers is even", even),
+        alternate!("odd", "the material where it is odd", odd),
         field!(
-            "corner",
-            Point,
-            None,
-            "the corner at s = t = 0, the origin of its patterns",
-            corner
+            "size",
+            TileSizes,
+            Some("[1, 1]"),
+            "a tile's lengths along x and y, or a block's along the scene's x, y and z",
+            size
         ),
-        field!("u", Direction, None, "the edge along s", u),
-        field!("v", Direction, None, "the edge along t", v),
+        field!("xdir", Direction, Some("[1, 0, 0]"), "the direction of x in a flat surface", xdir),
     ],
-    relations: Some(Quad::check),
-    normal: Some(Quad::normal),
+    relations: None,
+    normal: None,
 };
 
-static TRIANGLE: Form<Triangle> = Form {
-    maker: "triangle",
-    role: Role::Surface,
-    doc: "The triangle between three points.",
-    blank: || Triangle { a: DVec3::ZERO, b: DVec3::X, c: DVec3::Y },
+/// The form of two materials in stripes.
+pub(crate) static STRIPES: Form<Stripes> = Form {
+    maker: "stripes",
+    role: Role::Pattern,
+    doc: "Two materials in stripes over any surface; serves as a material.",
+    blank: || Stripes { even: Key(0), odd: Key(0), width: 1.0, xdir: DVec3::X },
     fields: &[
-        field!("a", Point, None, "the first corner, the origin of its patterns", a),
-        field!("b", Point, None, "the second corner", b),
-        field!("c", Point, None, "the third corner", c),
+        alternate!("even", "the material of even stripes", even),
+        alternate!("odd", "the material of odd stripes", odd),
+        field!("width", Positive, Some("1"), "a stripe's width", width),
+        field!("xdir", Direction, Some("[1, 0, 0]"), "the direction across the stripes", xdir),
     ],
-    relations: Some(Triangle::check),
-    normal: Some(Triangle::normal),
+    relations: None,
+    normal: None,
 };
 
-static MESH: Form<Mesh> = Form {
-    maker: "mesh",
-    role: Role::Surface,
-    doc: "Triangles from a file in the script's folder: scaled, then rotated about x, y, z, then moved.",
-    blank: || Mesh {
-        data: Arc::new(MeshData::default()),
-        scale: 1.0,
-        rotate: DVec3::ZERO,
-        translate: DVec3::ZERO,
+/// The row of the material that a pattern begins with.
+macro_rules! base {
+    ($doc:literal) => {
+        Field {
+            info: KeyInfo { name: "base", takes: Paint, default: None, doc: $doc },
+            get: |t| Some(t.base).into(),
+            set: |t, v| t.base = Option::from(v).unwrap_or(t.base),
+        }
+    };
+}
+
+/// The form of a material times a picture.
+pub(crate) static TEXTURED: Form<Textured> = Form {
+    maker: "textured",
+    role: Role::Pattern,
+    doc: "A material whose reflectivities are multiplied with a picture's texels; serves as a material.",
+    blank: || Textured {
+        base: Key(0),
+        image: Arc::default(),
+        mode: Mapping::Fit,
+        size: [1.0, 1.0],
+        xdir: DVec3::X,
+        filter: TexelFilter::Bilinear,
     },
     fields: &[
-        field!("file", File, None, "an OBJ file, relative to the script's folder", data),
-        field!("scale", Factor, Some("1"), "the factor of all positions", scale),
-        field!("rotate", Angles, Some("[0, 0, 0]"), "degrees about x, then y, then z", rotate),
-        field!("translate", Point, Some("[0, 0, 0]"), "the way of the mesh's origin", translate),
+        base!("the material"),
+        field!("file", Picture, None, "the picture, relative to the script's folder", image),
+        Field {
+            info: KeyInfo {
+                name: "mode",
+                takes: Word(&["fit", "tile"]),
+                default: Some("\"fit\""),
+                doc: "once over the surface, or again and again over a flat one",
+            },
+            get: |t| (t.mode as usize).into(),
+            set: |t, v| t.mode = [Mapping::Fit, Mapping::Tile][<usize as From<_>>::from(v)],
+        },
+        field!("size", Sizes, Some("[1, 1]"), "in tiles: the picture's lengths", size),
+        field!("xdir", Direction, Some("[1, 0, 0]"), "in tiles: the direction of its rows", xdir),
+        Field {
+            info: KeyInfo {
+                name: "filter",
+                takes: Word(&["bilinear", "nearest"]),
+                default: Some("\"bilinear\""),
+                doc: "what lies between the middles of texels",
+            },
+            get: |t| (t.filter as usize).into(),
+            set: |t, v| {
+                let all = [TexelFilter::Bilinear, TexelFilter::Nearest];
+                t.filter = all[<usize as From<_>>::from(v)];
+            },
+        },
     ],
+    relations: None,
+    normal: None,
+};
+
+/// The row of a reflectivity that is an expression.
+macro_rules! expression {
+    ($name:literal, $doc:literal, $place:ident) => {
+        field!($name, Expression, Some("that of `base`"), $doc, $place)
+    };
+}
+
+/// The form of a material with expressions in it.
+pub(crate) static SHADER: Form<Shader> = Form {
+    maker: "shader",
+    role: Role::Pattern,
+    doc: "A material some of whose reflectivities are functions of the hit point; serves as a material.",
+    blank: || Shader { base: Key(0), ambient: None, diffuse: None, specular: None },
+    fields: &[
+        base!("the material, for what is not given here"),
+        expression!("ambient", "light that it gives off by itself", ambient),
+        expression!("diffuse", "the share of a light that is scattered", diffuse),
+        expression!("specular", "the share of the mirrored ray", specular),
+    ],
+    relations: None,
+    normal: None,
+};
+
+const PLACE: &[Field<Place>] = &[
+    field!("scale", Scale, Some("1"), "the factor of all coordinates, or one each", scale),
+    field!("rotate", Angles, Some("[0, 0, 0]"), "degrees about x, then y, then z", rotate),
+    field!("translate", Point, Some("[0, 0, 0]"), "the way of the origin", translate),
+    field!("visible", Flag, Some("true"), "whether it is in the picture at all", visible),
+];
+
+/// The form of things that are moved as a whole.
+pub(crate) static GROUP: Form<Place> = Form {
+    maker: "group",
+    role: Role::Group,
+    doc: "group([a, b, ...]) or group([a, b, ...], #{...}): surfaces, groups and instances, moved as a whole: scaled, then rotated about x, y, z, then moved. A thing is in one group at most.",
+    blank: Place::default,
+    fields: PLACE,
+    relations: None,
+    normal: None,
+};
+
+/// The form of one more copy of a thing.
+pub(crate) static INSTANCE: Form<Place> = Form {
+    maker: "instance",
+    role: Role::Instance,
+    doc: "instance(thing, #{...}): a surface, group or instance once more, put elsewhere; whether the thing itself is visible does not matter.",
+    blank: Place::default,
+    fields: PLACE,
     relations: None,
     normal: None,
 };

@@ -4,12 +4,14 @@ use crate::handle::Handle;
 use crate::names;
 use crate::nouns::{FORMS, MATERIAL};
 use crate::state::State;
+use crate::symbolic::{self, Recorded};
 use crate::table::{AnyForm, KeyInfo, Kind, Role, Takes, Value};
 use crate::trouble::{Blame, Trouble};
 use crate::value::{colour, describe, number, vector};
 use glam::DVec3;
-use reflet_scene::Key;
+use reflet_scene::{Key, Tiles};
 use rhai::{Dynamic, Map, Position};
+use std::sync::Arc;
 
 /// The form of a maker that a map is meant for: the one that knows most of its keys.
 pub(crate) fn choose(maker: &'static str, map: &Map) -> Result<&'static dyn AnyForm, Trouble> {
@@ -92,8 +94,18 @@ pub(crate) fn value(
             blame: Blame::File,
             ..Trouble::with_key(info.name, error.to_string())
         })?;
-        state.note_file(&data, &file);
+        state.note_file(Arc::as_ptr(&data) as usize, &file);
         return Ok(Value::Mesh(data));
+    }
+    if let Takes::Image = info.takes
+        && let Ok(file) = given.as_immutable_string_ref()
+    {
+        let image = state.assets.texture(&file).map_err(|error| Trouble {
+            blame: Blame::File,
+            ..Trouble::with_key(info.name, error.to_string())
+        })?;
+        state.note_file(Arc::as_ptr(&image) as usize, &file);
+        return Ok(Value::Image(image));
     }
     plain(info.takes, given).ok_or_else(|| refused(info, given))
 }
@@ -150,16 +162,37 @@ fn plain(takes: Takes, given: &Dynamic) -> Option<Value> {
             let (x, y) = (number(x)?, number(y)?);
             (positive(x) && positive(y)).then_some(Value::Pair([x, y]))
         }
+        Takes::TileSizes => {
+            let array = given.as_array_ref().ok()?;
+            let sizes: Option<Vec<f64>> = array.iter().map(number).collect();
+            let sizes = sizes.filter(|s| s.iter().all(|x| positive(*x)))?;
+            match sizes[..] {
+                [x, y] => Some(Value::Tiles(Tiles::Flat([x, y]))),
+                [x, y, z] => Some(Value::Tiles(Tiles::Solid([x, y, z]))),
+                _ => None,
+            }
+        }
+        Takes::Lengths => {
+            vector(given).filter(|v| v.to_array().into_iter().all(positive)).map(Value::Vector)
+        }
+        Takes::Scale => colour(given)
+            .filter(|v| v.to_array().into_iter().all(|x| (x as f32).is_normal()))
+            .map(Value::Vector),
         Takes::Word(words) => {
             let text = given.as_immutable_string_ref().ok()?;
             words.iter().position(|w| *w == text.as_str()).map(Value::Word)
         }
         Takes::Flag => given.as_bool().ok().map(Value::Flag),
-        Takes::Wear | Takes::Paint | Takes::File => None,
+        Takes::Expression => {
+            let recorded = given.read_lock::<Recorded>().map(|r| r.clone());
+            let recorded = recorded.or_else(|| symbolic::constant(given));
+            recorded.map(|Recorded(program)| Value::Expression(Some(program)))
+        }
+        Takes::Wear | Takes::Paint | Takes::File | Takes::Image => None,
     }
 }
 
-/// A material or a checker, by its handle, or a new material from a map.
+/// A material or a pattern, by its handle, or a new material from a map.
 fn paint(
     state: &mut State,
     kind: Kind,
@@ -171,14 +204,10 @@ fn paint(
         state.alive(handle.key, handle.epoch, &handle.kind.with_article()).map_err(gone)?;
         return match (handle.kind.0.role(), info.takes) {
             (Role::Material, _) => Ok(Value::Wear(Some(handle.key))),
-            (Role::Checker, Takes::Wear) if kind.0.flat() => Ok(Value::Wear(Some(handle.key))),
-            (Role::Checker, Takes::Wear) => Err(Trouble::with_key(
-                info.name,
-                format!(
-                    "{} cannot wear a checker, which needs a flat surface: plane, quad or triangle",
-                    kind.with_article()
-                ),
-            )),
+            (Role::Pattern, Takes::Wear) => match state.suits(handle.key, kind) {
+                Ok(()) => Ok(Value::Wear(Some(handle.key))),
+                Err(why) => Err(Trouble::with_key(info.name, why)),
+            },
             _ => Err(refused(info, given)),
         };
     }

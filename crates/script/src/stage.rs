@@ -8,9 +8,10 @@ use crate::nouns::FORMS;
 use crate::own_thread;
 use crate::params::{Parameter, Parameters};
 use crate::state::{Phase, Shared, State};
+use crate::table::Role;
 use crate::time::{FrameFn, Moment};
 use reflet_assets::Assets;
-use reflet_scene::{Key, Scene};
+use reflet_scene::{Instance, Key, Scene};
 use rhai::{AST, Dynamic, Engine, Position};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -272,7 +273,10 @@ impl Stage {
     /// What to call an entity: its maker, and where that was called.
     pub fn name_of(&self, key: Key) -> String {
         let state = self.state.lock();
-        let form = FORMS.iter().find(|form| form.get(&state.scene, key, 0).is_some());
+        let form = FORMS.iter().find(|form| {
+            let is = form.get(&state.scene, key, 0).is_some();
+            is && (form.role() == Role::Instance || !state.scene.has::<Instance>(key))
+        });
         let maker = form.map_or("thing", |form| form.maker());
         match state.origins.place(key) {
             Some(place) => format!("{maker} ({place})"),

@@ -1,16 +1,19 @@
 //! What all native functions share: the scene, and what is known about the script's run.
 
 use crate::handle::Handle;
-use crate::nouns::{CHECKER, FORMS, MATERIAL};
+use crate::nouns::{CHECKER, FORMS, MATERIAL, SHADER, STRIPES, TEXTURED};
 use crate::origins::Origins;
 use crate::params::Parameters;
+use crate::placed::Placed;
 use crate::table::{AnyForm, Kind, Role, Value, to_dynamic};
 use crate::time::FrameFn;
 use crate::trouble::{Fallible, Trouble, trouble};
-use crate::{names, parse};
+use crate::{names, parse, symbolic};
 use reflet_assets::Assets;
-use reflet_scene::{Checker, Fault, Key, Material, MeshData, Scene, Surface};
-use rhai::{Dynamic, Map, NativeCallContext, Position};
+use reflet_scene::{
+    Checker, Fault, Key, Mapping, Material, Scene, Shader, Stripes, Surface, Textured, Tiles,
+};
+use rhai::{Dynamic, FnPtr, Map, NativeCallContext, Position};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -36,11 +39,12 @@ pub(crate) struct State {
     singles: BTreeMap<&'static str, Position>,
     /// Nouns whose relations are to be checked when the run is over, with the last write.
     pub written: BTreeMap<Key, (Kind, Position)>,
-    /// Pairs of a checker and a flat surface that wore it at some time.
+    /// Pairs of a pattern and a surface that wore it at some time.
     wearers: Vec<(Key, Key)>,
     wearers_of_script: usize,
-    /// The kinds of surfaces that ever wore a checker.
+    /// The kinds of surfaces that ever wore a pattern.
     kinds: BTreeMap<Key, Kind>,
+    pub placed: Placed,
     /// The names of mesh files, by the address of their columns, which `assets` keeps alive.
     files: HashMap<usize, String>,
     pub origins: Origins,
@@ -76,6 +80,7 @@ impl State {
             wearers: Vec::new(),
             wearers_of_script: 0,
             kinds: BTreeMap::new(),
+            placed: Placed::default(),
             files: HashMap::new(),
             origins: Origins::default(),
         }
@@ -94,6 +99,7 @@ impl State {
         self.wearers.truncate(self.wearers_of_script);
         let made = Key(self.scene.sealed_len());
         self.kinds.split_off(&made);
+        self.placed.truncate(made);
         self.origins.truncate(made);
         self.written.clear();
     }
@@ -167,8 +173,17 @@ impl State {
 
     /// The handle of what a surface wears.
     fn paint(&self, key: Key) -> Handle {
-        let form: &'static dyn AnyForm =
-            if self.scene.has::<Checker>(key) { &CHECKER } else { &MATERIAL };
+        let form: &'static dyn AnyForm = if self.scene.has::<Checker>(key) {
+            &CHECKER
+        } else if self.scene.has::<Stripes>(key) {
+            &STRIPES
+        } else if self.scene.has::<Textured>(key) {
+            &TEXTURED
+        } else if self.scene.has::<Shader>(key) {
+            &SHADER
+        } else {
+            &MATERIAL
+        };
         self.handle(key, Kind(form))
     }
 
@@ -202,7 +217,7 @@ impl State {
             }
         }
         let value = value.ok_or_else(|| unknown_property(handle.kind, name))?;
-        Ok(to_dynamic(value, info.takes, |key| self.paint(key), |data| self.file_of(data)))
+        Ok(to_dynamic(value, info.takes, |key| self.paint(key), |address| self.file_of(address)))
     }
 
     /// Writes a property.
@@ -238,8 +253,10 @@ impl State {
         if let Some(paint) = wear {
             self.note_wearer(key, kind, paint);
         }
-        let concerned =
-            kind.0.related() || (role == Role::Checker && info.name == "xdir") || kind.0.flat();
+        let concerned = kind.0.related()
+            || role == Role::Pattern
+            || (role == Role::Surface && wear.is_some())
+            || kind.0.flat();
         if concerned {
             self.written.insert(key, (kind, place));
         }
@@ -253,11 +270,11 @@ impl State {
             kind.0
                 .check(&self.scene, key)
                 .map_err(|f| Trouble::new(of_kind(kind, &f)).at(place))?;
-            if kind.0.flat() {
+            if kind.0.role() == Role::Surface {
                 self.check_wearer(key, kind)
                     .map_err(|f| Trouble::new(words_of_wear(&f)).at(place))?;
             }
-            if kind.0.role() == Role::Checker {
+            if kind.0.role() == Role::Pattern {
                 for &(_, surface) in self.wearers.iter().filter(|(checker, _)| *checker == key) {
                     if let Some(&kind) = self.kinds.get(&surface) {
                         self.check_wearer(surface, kind)
@@ -269,32 +286,59 @@ impl State {
         Ok(())
     }
 
-    /// Remembers that a flat surface wears a checker.
+    /// Remembers that a surface wears a pattern.
     fn note_wearer(&mut self, surface: Key, kind: Kind, paint: Key) {
-        if kind.0.flat() && self.scene.has::<Checker>(paint) {
+        if !self.scene.has::<Material>(paint) {
             self.wearers.push((paint, surface));
             self.kinds.insert(surface, kind);
         }
     }
 
-    /// Whether the checker that a flat surface wears (if any) has a direction in it.
-    fn check_wearer(&self, surface: Key, kind: Kind) -> Result<(), Fault> {
-        let Some(paint) = self.scene.get::<Surface>(surface).and_then(|s| s.material) else {
-            return Ok(());
-        };
-        match (self.scene.get::<Checker>(paint), kind.0.normal(&self.scene, surface)) {
-            (Some(checker), Some(normal)) => checker.check_on(normal),
+    /// Whether a pattern can be worn by surfaces of a kind; why not.
+    pub fn suits(&self, pattern: Key, kind: Kind) -> Result<(), String> {
+        let who = kind.with_article();
+        if let Some(checker) = self.scene.get::<Checker>(pattern)
+            && matches!(checker.size, Tiles::Flat(_))
+            && !kind.0.flat()
+        {
+            return Err(format!(
+                "{who} cannot wear a checker with two sizes, which needs a flat surface: plane, quad, triangle or disc; give it three: size: [1, 1, 1]"
+            ));
+        }
+        match self.scene.get::<Textured>(pattern).map(|t| t.mode) {
+            Some(Mapping::Tile) if !kind.0.flat() => Err(format!(
+                "{who} cannot wear a texture in tiles, which needs a flat surface: plane, quad, triangle or disc; use mode: \"fit\""
+            )),
+            Some(Mapping::Fit) if kind.name() == "plane" => Err(format!(
+                "{who} has no end that a texture could fit: use mode: \"tile\", with its size"
+            )),
             _ => Ok(()),
         }
     }
 
-    /// Remembers the name of a mesh file.
-    pub fn note_file(&mut self, data: &Arc<MeshData>, file: &str) {
-        self.files.entry(Arc::as_ptr(data) as usize).or_insert_with(|| file.to_owned());
+    /// Whether the pattern that a surface wears (if any) suits it.
+    fn check_wearer(&self, surface: Key, kind: Kind) -> Result<(), Fault> {
+        let Some(paint) = self.scene.get::<Surface>(surface).and_then(|s| s.material) else {
+            return Ok(());
+        };
+        self.suits(paint, kind).map_err(|why| Fault::new("size", why))?;
+        let Some(normal) = kind.0.normal(&self.scene, surface) else { return Ok(()) };
+        if let Some(checker) = self.scene.get::<Checker>(paint) {
+            return checker.check_on(normal);
+        }
+        if let Some(textured) = self.scene.get::<Textured>(paint) {
+            return textured.check_on(normal);
+        }
+        self.scene.get::<Stripes>(paint).map_or(Ok(()), |stripes| stripes.check_on(normal))
     }
 
-    fn file_of(&self, data: &Arc<MeshData>) -> String {
-        self.files.get(&(Arc::as_ptr(data) as usize)).cloned().unwrap_or_default()
+    /// Remembers the name of a file by the address of what it holds.
+    pub fn note_file(&mut self, address: usize, file: &str) {
+        self.files.entry(address).or_insert_with(|| file.to_owned());
+    }
+
+    fn file_of(&self, address: usize) -> String {
+        self.files.get(&address).cloned().unwrap_or_default()
     }
 }
 
@@ -310,7 +354,10 @@ fn of_kind(kind: Kind, fault: &Fault) -> String {
 }
 
 fn words_of_wear(fault: &Fault) -> String {
-    format!("`{}` of the checker {}", fault.property, fault.message)
+    match fault.property {
+        "size" => fault.message.clone(),
+        property => format!("`{property}` of the pattern {}", fault.message),
+    }
 }
 
 fn unknown_property(kind: Kind, name: &str) -> Box<rhai::EvalAltResult> {
@@ -318,14 +365,33 @@ fn unknown_property(kind: Kind, name: &str) -> Box<rhai::EvalAltResult> {
     trouble(format!("{} has no `{name}`{}", kind.with_article(), names::offer(name, "has", &known)))
 }
 
+/// Calls the functions in a shader's map, each in its place: before the state is locked, since they
+/// may call makers.
+fn record_functions(ctx: &NativeCallContext, maker: &str, map: &mut Map) -> Fallible<()> {
+    if maker != SHADER.maker {
+        return Ok(());
+    }
+    for value in map.values_mut() {
+        if let Some(function) = value.read_lock::<FnPtr>().map(|f| f.clone()) {
+            *value = Dynamic::from(symbolic::record(ctx, &function)?);
+        }
+    }
+    Ok(())
+}
+
 /// Registers the makers.
 pub(crate) fn register(engine: &mut rhai::Engine, state: &Shared) {
-    let mut makers: Vec<&'static str> = FORMS.iter().map(|f| f.maker()).collect();
+    let own = |f: &&&dyn AnyForm| !matches!(f.role(), Role::Group | Role::Instance);
+    let mut makers: Vec<&'static str> = FORMS.iter().filter(own).map(|f| f.maker()).collect();
     makers.dedup();
     for maker in makers {
         let shared = state.clone();
-        engine.register_fn(maker, move |ctx: NativeCallContext, map: Map| -> Fallible<Handle> {
-            shared.lock().make(maker, &map, ctx.call_position())
-        });
+        engine.register_fn(
+            maker,
+            move |ctx: NativeCallContext, mut map: Map| -> Fallible<Handle> {
+                record_functions(&ctx, maker, &mut map)?;
+                shared.lock().make(maker, &map, ctx.call_position())
+            },
+        );
     }
 }

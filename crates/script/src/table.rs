@@ -5,7 +5,7 @@
 use crate::handle::Handle;
 use crate::vec3::Vec3;
 use glam::DVec3;
-use reflet_scene::{Fault, Key, MeshData, Noun, Scene, Surface};
+use reflet_scene::{Fault, Key, MeshData, Noun, Program, Scene, Surface, Texture, Tiles};
 use rhai::Dynamic;
 use std::sync::Arc;
 
@@ -32,16 +32,26 @@ pub(crate) enum Takes {
     Whole(u32, u32),
     /// Two finite numbers above 0.
     Sizes,
+    /// Two or three finite numbers above 0.
+    TileSizes,
+    /// Three finite numbers above 0.
+    Lengths,
+    /// A finite number other than 0, or three of them.
+    Scale,
     /// One of these strings.
     Word(&'static [&'static str]),
     /// `true` or `false`.
     Flag,
-    /// A material, a checker, or a material's map.
+    /// A material, a pattern, or a material's map.
     Wear,
     /// A material or its map.
     Paint,
     /// The name of a mesh file.
     File,
+    /// The name of a picture file.
+    Image,
+    /// A shader function.
+    Expression,
 }
 
 impl Takes {
@@ -58,13 +68,18 @@ impl Takes {
             Takes::Degrees(below) => format!("degrees above 0 and below {below}"),
             Takes::Whole(low, high) => format!("a whole number from {low} to {high}"),
             Takes::Sizes => "two numbers above 0, [x, y]".into(),
+            Takes::TileSizes => "two or three numbers above 0, [x, y] or [x, y, z]".into(),
+            Takes::Lengths => "three numbers above 0, [x, y, z] or vec3".into(),
+            Takes::Scale => "a number other than 0, or [x, y, z] of such".into(),
             Takes::Word(words) => {
                 let quoted: Vec<String> = words.iter().map(|w| format!("\"{w}\"")).collect();
                 quoted.join(" or ")
             }
             Takes::Flag => "true or false".into(),
-            Takes::Wear => "a material, a checker, or a map #{...} of a material's keys".into(),
+            Takes::Wear => "a material, a pattern, or a map #{...} of a material's keys".into(),
             Takes::Paint => "a material, or a map #{...} of a material's keys".into(),
+            Takes::Image => "the name of a picture file (PNG, JPEG, EXR or PPM), a string".into(),
+            Takes::Expression => "a function of the hit point, |p| ..., or a colour".into(),
             Takes::File => "the name of an OBJ file, a string".into(),
         }
     }
@@ -77,10 +92,13 @@ pub(crate) enum Value {
     Whole(u32),
     Vector(DVec3),
     Pair([f64; 2]),
+    Tiles(Tiles),
     Word(usize),
     Flag(bool),
     Wear(Option<Key>),
     Mesh(Arc<MeshData>),
+    Image(Arc<Texture>),
+    Expression(Option<Arc<Program>>),
 }
 
 macro_rules! taker {
@@ -104,10 +122,13 @@ taker!(number, Number, f64);
 taker!(whole, Whole, u32);
 taker!(vector, Vector, DVec3);
 taker!(pair, Pair, [f64; 2]);
+taker!(tiles, Tiles, Tiles);
 taker!(word, Word, usize);
 taker!(flag, Flag, bool);
 taker!(wear, Wear, Option<Key>);
 taker!(mesh, Mesh, Arc<MeshData>);
+taker!(image, Image, Arc<Texture>);
+taker!(expression, Expression, Option<Arc<Program>>);
 
 /// One key of a maker, which is also a property of its handle.
 #[derive(Clone, Copy, Debug)]
@@ -133,8 +154,12 @@ pub(crate) enum Role {
     Surface,
     /// It is worn.
     Material,
-    /// It is worn on flat surfaces.
-    Checker,
+    /// It is worn, and has a geometry of its own.
+    Pattern,
+    /// It moves surfaces.
+    Group,
+    /// It shows surfaces once more.
+    Instance,
     Light,
     /// There is one in a scene.
     Camera,
@@ -211,6 +236,24 @@ static SURFACE: [Field<Surface>; 2] = [
     },
 ];
 
+impl<N: Noun> Form<N> {
+    /// The noun of the given values, and what it has as a surface.
+    pub fn fill(&self, values: Vec<(usize, Value)>) -> Result<(N, Surface), Fault> {
+        let mut noun = (self.blank)();
+        let mut surface = Surface { material: None, visible: true };
+        for (at, value) in values {
+            match self.fields.get(at) {
+                Some(field) => (field.set)(&mut noun, value),
+                None => (SURFACE[at - self.fields.len()].set)(&mut surface, value),
+            }
+        }
+        if let Some(check) = self.relations {
+            check(&noun)?;
+        }
+        Ok((noun, surface))
+    }
+}
+
 impl<N: Noun> AnyForm for Form<N> {
     fn maker(&self) -> &'static str {
         self.maker
@@ -252,17 +295,7 @@ impl<N: Noun> AnyForm for Form<N> {
     }
 
     fn make(&self, scene: &mut Scene, values: Vec<(usize, Value)>) -> Result<Key, Fault> {
-        let mut noun = (self.blank)();
-        let mut surface = Surface { material: None, visible: true };
-        for (at, value) in values {
-            match self.fields.get(at) {
-                Some(field) => (field.set)(&mut noun, value),
-                None => (SURFACE[at - self.fields.len()].set)(&mut surface, value),
-            }
-        }
-        if let Some(check) = self.relations {
-            check(&noun)?;
-        }
+        let (noun, surface) = self.fill(values)?;
         Ok(match self.role {
             Role::Surface => scene.spawn((noun, surface)),
             _ => scene.spawn((noun,)),
@@ -347,18 +380,24 @@ impl std::fmt::Debug for Kind {
     }
 }
 
+fn numbers(numbers: &[f64]) -> Dynamic {
+    Dynamic::from_array(numbers.iter().map(|x| Dynamic::from(*x)).collect())
+}
+
 /// What a script reads from a property.
 pub(crate) fn to_dynamic(
     value: Value,
     takes: Takes,
     handle: impl Fn(Key) -> Handle,
-    file: impl Fn(&Arc<MeshData>) -> String,
+    file: impl Fn(usize) -> String,
 ) -> Dynamic {
     match value {
         Value::Number(x) => x.into(),
         Value::Whole(n) => i64::from(n).into(),
         Value::Vector(v) => Dynamic::from(Vec3(v)),
-        Value::Pair([x, y]) => Dynamic::from_array(vec![x.into(), y.into()]),
+        Value::Pair(size) => numbers(&size),
+        Value::Tiles(Tiles::Flat(size)) => numbers(&size),
+        Value::Tiles(Tiles::Solid(size)) => numbers(&size),
         Value::Word(at) => match takes {
             Takes::Word(words) => words[at].into(),
             _ => Dynamic::UNIT,
@@ -366,6 +405,8 @@ pub(crate) fn to_dynamic(
         Value::Flag(flag) => flag.into(),
         Value::Wear(Some(key)) => Dynamic::from(handle(key)),
         Value::Wear(None) => Dynamic::UNIT,
-        Value::Mesh(data) => file(&data).into(),
+        Value::Mesh(data) => file(Arc::as_ptr(&data) as usize).into(),
+        Value::Image(image) => file(Arc::as_ptr(&image) as usize).into(),
+        Value::Expression(_) => Dynamic::UNIT,
     }
 }

@@ -32,13 +32,11 @@ pub(crate) fn some_rays(
     for (i, pixel) in pixels.enumerate() {
         let pixel = u32::from(pixel);
         let (x, y) = (rect.x + pixel % rect.width, rect.y + pixel / rect.width);
-        let d = view.direction(f64::from(x) + a, f64::from(y) + b);
-        for (column, d) in rays.dir.iter_mut().zip(d) {
-            column[i] = d;
+        let (o, d) = view.ray(f64::from(x) + a, f64::from(y) + b);
+        for k in 0..3 {
+            rays.origin[k][i] = o[k];
+            rays.dir[k][i] = d[k];
         }
-    }
-    for (column, eye) in rays.origin.iter_mut().zip(view.eye) {
-        column[..len].fill(eye);
     }
     rays.t_max[..len].fill(f32::INFINITY);
     rays.last[..len].fill(HitCode::NONE);

@@ -1,11 +1,12 @@
 //! Chunks of a level's segments in capsules, so that most are passed over together when something
 //! small moves.
 
-use crate::segment::Segments;
+use crate::segment::{self, Begin, Segments};
 use crate::trees::Trees;
 use fearless_simd::prelude::*;
-use reflet_accel::lanes::{F, LANES, V3, load3, splat3};
+use reflet_accel::lanes::{F, LANES, V3, load3};
 use reflet_pack::Volume;
+use reflet_pack::lights::LightPlace;
 use std::ops::Range;
 
 /// Rows of a chunk.
@@ -23,11 +24,11 @@ pub struct Capsules {
 
 /// What a chunk's rays run to.
 #[derive(Clone, Copy)]
-pub(crate) enum To {
+pub(crate) enum To<'a> {
     /// Where they end.
     Ends,
     /// A light, from where they end.
-    Light([f32; 3]),
+    Light(&'a LightPlace),
 }
 
 impl Capsules {
@@ -37,20 +38,21 @@ impl Capsules {
     }
 
     /// Finds the capsules of all levels of trees that keep their points.
-    pub(crate) fn find(trees: &mut Trees, eye: [f32; 3]) {
+    pub(crate) fn find(trees: &mut Trees, begin: Begin<'_>) {
         for depth in 0..trees.levels.len() {
             let (above, level) = trees.levels.split_at_mut(depth);
-            let (above, level) = (above.last(), &mut level[0]);
+            let begin = above.last().map_or(begin, |above| Begin::Above(&above.at));
+            let level = &mut level[0];
             let mut capsules = std::mem::take(&mut level.capsules);
             capsules.clear();
             for first in (0..level.len()).step_by(CHUNK) {
                 let rows = first..(first + CHUNK).min(level.len());
-                let from = match above {
-                    Some(above) => ball(|k| {
-                        let at = |row: &u16| above.at[k][usize::from(*row)];
+                let from = match begin {
+                    Begin::Above(columns) => ball(|k| {
+                        let at = |row: &u16| columns[k][usize::from(*row)];
                         extent(level.parent[rows.clone()].iter().map(at))
                     }),
-                    None => [eye[0], eye[1], eye[2], 0.0],
+                    Begin::Eye(eye) => [eye[0], eye[1], eye[2], 0.0],
                 };
                 let mut to = ball(|k| extent(level.at[k][rows.clone()].iter().copied()));
                 if level.code[rows].iter().any(|code| code.is_none()) {
@@ -84,22 +86,21 @@ impl Capsules {
     pub(crate) fn near<S: Simd>(
         &self,
         simd: S,
-        to: To,
+        to: To<'_>,
         volumes: [&[Volume]; 2],
         near: &mut Vec<bool>,
     ) {
         near.clear();
         for first in (0..self.chunks).step_by(LANES) {
             let (ends, end_radius) = balls(simd, &self.to, first);
-            let (a, b, radius) = match to {
+            let capsules = match to {
                 To::Ends => {
                     let (begins, radius) = balls(simd, &self.from, first);
                     let wider = end_radius.simd_gt(radius);
-                    (begins, ends, wider.select(end_radius, radius))
+                    Segments::thick(simd, begins, ends, wider.select(end_radius, radius))
                 }
-                To::Light(at) => (ends, splat3(simd, at), end_radius),
+                To::Light(light) => segment::to_light(simd, ends, light, end_radius),
             };
-            let capsules = Segments::thick(simd, a, b, radius);
             let mut lanes = 0;
             for volume in volumes.into_iter().flatten() {
                 let (center, radius) = around(volume);

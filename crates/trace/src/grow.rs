@@ -7,11 +7,15 @@ use crate::grid::TileRect;
 use crate::lighting;
 use crate::mirror;
 use crate::palette::{PaletteIndex, Slot};
+use crate::segment::Begin;
 use crate::stream::{RayTally, Recorded, Stream};
+use crate::tint::{self, Combine, TintScratch};
 use crate::trees::{Level, Points, Trees};
 use fearless_simd::dispatch;
 use reflet_accel::{Accel, HitCode, RayCounts, Rays, Scratch};
+use reflet_pack::lights::Channel;
 use reflet_pack::surfaces::Cells;
+use reflet_pack::view::Projection;
 use reflet_pack::{Columns, LightId};
 
 /// Memory of one thread for the first pass, and what it counted.
@@ -32,12 +36,15 @@ pub struct TraceScratch {
     pub(crate) known: Stream,
     pub(crate) fresh: Stream,
     next: Rays,
+    /// Where the camera rays of a tile start, if not in one point.
+    pub(crate) origins: [Vec<f32>; 3],
     pub(crate) shadow: Rays,
     pub(crate) shadow_rows: Vec<u16>,
     occluded: Vec<bool>,
     rows: Vec<u16>,
     childless: Vec<bool>,
     palette: PaletteIndex,
+    tint: TintScratch,
     accel: Scratch,
 }
 
@@ -92,21 +99,35 @@ impl Tracer<'_> {
         s.fresh.parents.clear();
         s.fresh.parents.extend(0..rect.pixels() as u16);
         self.descend(trees, &Revision::default(), s);
-        self.find_capsules(trees);
+        self.find_capsules((rect, sample), trees, s);
     }
 
-    /// Makes the trees of some of a tile's pixels from scratch. At level 0 they have one row a
-    /// pixel of `pixels`, whose parent is the pixel. They keep their points, and number their
-    /// surfaces on from the palette that they have.
-    pub(crate) fn grow_some(
+    /// Makes the trees of some of a tile's pixels from scratch.
+    pub fn grow_at(
         &self,
         (rect, sample): (TileRect, u32),
         pixels: &[u16],
         trees: &mut Trees,
         s: &mut TraceScratch,
     ) {
+        trees.clear();
+        self.grow_some((rect, sample), pixels, self.points, trees, s);
+        self.find_capsules((rect, sample), trees, s);
+    }
+
+    /// Makes the trees of some of a tile's pixels from scratch. At level 0 they have one row a
+    /// pixel of `pixels`, whose parent is the pixel. They number their surfaces on from the palette
+    /// that they have.
+    pub(crate) fn grow_some(
+        &self,
+        (rect, sample): (TileRect, u32),
+        pixels: &[u16],
+        points: Points,
+        trees: &mut Trees,
+        s: &mut TraceScratch,
+    ) {
         trees.levels.iter_mut().for_each(Level::clear);
-        trees.points = Points::Kept;
+        trees.points = points;
         s.palette.start(&trees.palette, self.columns.surfaces.len());
         s.known.clear();
         let pixels = pixels.iter().copied();
@@ -128,11 +149,23 @@ impl Tracer<'_> {
     ) {
         let before = trees.nodes();
         s.palette.start(&trees.palette, self.columns.surfaces.len());
-        camera::rays(&self.columns.view, rect, sample, &mut s.known.rays);
+        self.known_rays((rect, sample), trees, s);
         s.fresh.clear();
         self.descend(trees, revision, s);
-        self.find_capsules(trees);
+        self.find_capsules((rect, sample), trees, s);
         s.deepened += (trees.nodes() - before) as u64;
+    }
+
+    /// The camera rays of kept trees, in their order.
+    pub(crate) fn known_rays(
+        &self,
+        (rect, sample): (TileRect, u32),
+        trees: &Trees,
+        s: &mut TraceScratch,
+    ) {
+        let pixels = trees.levels.first().map_or(&[][..], |level| &level.parent);
+        let pixels = pixels.iter().copied();
+        camera::some_rays(&self.columns.view, rect, sample, pixels, &mut s.known.rays);
     }
 
     /// Whether some node of kept trees reflects now and has no mirrored ray.
@@ -179,9 +212,26 @@ impl Tracer<'_> {
         }
     }
 
-    fn find_capsules(&self, trees: &mut Trees) {
+    fn find_capsules(&self, at: (TileRect, u32), trees: &mut Trees, s: &mut TraceScratch) {
         if trees.points == Points::Kept {
-            Capsules::find(trees, self.columns.view.eye);
+            self.find_origins(at, s);
+            Capsules::find(trees, self.begin(&s.origins));
+        }
+    }
+
+    /// Finds where camera rays start, if that is not in one point.
+    pub(crate) fn find_origins(&self, (rect, sample): (TileRect, u32), s: &mut TraceScratch) {
+        if self.columns.view.projection == Projection::Parallel {
+            camera::rays(&self.columns.view, rect, sample, &mut s.next);
+            s.origins.clone_from(&s.next.origin);
+        }
+    }
+
+    /// Where camera rays start, once [`Tracer::find_origins`] has looked.
+    pub(crate) fn begin<'s>(&self, origins: &'s [Vec<f32>; 3]) -> Begin<'s> {
+        match self.columns.view.projection {
+            Projection::Perspective => Begin::Eye(self.columns.view.eye),
+            Projection::Parallel => Begin::Above(origins),
         }
     }
 
@@ -209,6 +259,7 @@ impl Tracer<'_> {
         for (row, code) in level.code.iter().enumerate() {
             level.slot[row] = self.slot(*code, s.known.point(row), palette, &mut s.palette);
         }
+        self.tint(level, 0, Which::Known, s);
     }
 
     /// Makes nodes of the new rays: what they hit, path lengths and slots.
@@ -222,6 +273,26 @@ impl Tracer<'_> {
             level.total.push(total);
             level.slot.push(self.slot(code, fresh.point(row), palette, &mut s.palette));
         }
+        self.tint(level, level.len() - s.fresh.rays.len(), Which::Fresh, s);
+    }
+
+    /// What pictures and expressions say at the points of one stream, whose nodes are those from row
+    /// `first` on.
+    fn tint(&self, level: &mut Level, first: usize, which: Which, s: &mut TraceScratch) {
+        let channels = self.columns.surfaces.tint_channels();
+        level.tint.resize_with(channels, Vec::new);
+        if channels == 0 {
+            return;
+        }
+        let (points, len) = match which {
+            Which::Known => (&s.known.points, s.known.rays.len()),
+            Which::Fresh => (&s.fresh.points, s.fresh.rays.len()),
+        };
+        let rows = first + len;
+        level.tint.iter_mut().filter(|c| c.len() < rows).for_each(|c| c.resize(rows, 1.0));
+        let (out, points) = ((&mut level.tint[..], first), (points, &level.code[first..rows]));
+        let (columns, scratch) = (self.columns, &mut s.tint);
+        dispatch!(self.accel.level(), simd => tint::fill(simd, columns, points, out, scratch));
     }
 
     fn slot(
@@ -241,23 +312,31 @@ impl Tracer<'_> {
     fn light(&self, level: &mut Level, kept: usize, relight: &[LightId], s: &mut TraceScratch) {
         let lights = self.columns.lights.len();
         level.light.resize_with(lights, Vec::new);
-        for (i, terms) in level.light.iter_mut().enumerate() {
+        for i in 0..lights {
             let id = LightId(i as u32);
-            terms.resize(kept, 0.0); // a light that is new has no terms yet
-            if relight.binary_search(&id).is_ok() {
-                self.light_stream(id, &level.code[..kept], Which::Known, terms, 0, s);
+            let slide = &self.columns.lights.slide[i];
+            if slide.as_ref().is_some_and(|(_, channel)| *channel != Channel::Red) {
+                continue; // its column was written with that of red
             }
-            self.light_stream(id, &level.code[kept..], Which::Fresh, terms, kept, s);
+            let colours = if slide.is_some() { 3 } else { 1 };
+            let columns = &mut level.light[i..i + colours];
+            // A light that is new has no terms yet.
+            columns.iter_mut().for_each(|terms| terms.resize(kept, 0.0));
+            if relight.binary_search(&id).is_ok() {
+                self.light_stream(id, &level.code[..kept], Which::Known, columns, 0, s);
+            }
+            self.light_stream(id, &level.code[kept..], Which::Fresh, columns, kept, s);
         }
     }
 
-    /// Writes the terms of one light at the points of one stream from row `first` of `terms` on.
+    /// Writes the terms of one light, or of the three that are one with a slide, at the points of one
+    /// stream from row `first` of `columns` on.
     fn light_stream(
         &self,
         light: LightId,
         codes: &[HitCode],
         which: Which,
-        terms: &mut Vec<f32>,
+        columns: &mut [Vec<f32>],
         first: usize,
         s: &mut TraceScratch,
     ) {
@@ -269,8 +348,10 @@ impl Tracer<'_> {
         if codes.is_empty() {
             return;
         }
-        terms.resize(first + codes.len(), 0.0);
-        let out = &mut terms[first..first + codes.len()];
+        let range = first..first + codes.len();
+        columns.iter_mut().for_each(|terms| terms.resize(range.end.max(terms.len()), 0.0));
+        let Some((terms, others)) = columns.split_first_mut() else { return };
+        let out = &mut terms[range.clone()];
         let (shadow, rows) = (&mut s.shadow, &mut s.shadow_rows);
         dispatch!(self.accel.level(), simd => lighting::aim(simd, &place, points, codes, out, shadow, rows));
         s.rays.shadow += s.shadow.len() as u64;
@@ -281,6 +362,23 @@ impl Tracer<'_> {
         for (row, hidden) in s.shadow_rows.iter().zip(&s.occluded) {
             if *hidden {
                 out[usize::from(*row)] = -0.0;
+            }
+        }
+        if let Some((slide, _)) = &place.slide {
+            others.iter_mut().for_each(|terms| terms[range.clone()].copy_from_slice(out));
+            for row in s.shadow_rows.iter().map(|row| usize::from(*row)) {
+                let way = [0, 1, 2].map(|k| points.p[k][row] - place.at[k]);
+                let texel = slide.texel(way);
+                // What is blocked stays -0, whatever would shine there.
+                let shine = |term: &mut f32, texel: f32| {
+                    if *term != 0.0 {
+                        *term = if texel == 0.0 { 0.0 } else { *term * texel };
+                    }
+                };
+                shine(&mut out[row], texel[0]);
+                for (terms, texel) in others.iter_mut().zip(&texel[1..]) {
+                    shine(&mut terms[range.start + row], *texel);
+                }
             }
         }
     }
@@ -331,8 +429,10 @@ impl Tracer<'_> {
         let level = &trees.levels[depth];
         let slot = level.slot[row];
         depth < model.max_bounces as usize && slot != 0 && level.total[row] <= model.max_path && {
-            let material = trees.palette[usize::from(slot) - 1].material(self.columns);
-            self.columns.material(material).is_specular()
+            let slot = &trees.palette[usize::from(slot) - 1];
+            let own = self.columns.material(slot.material(self.columns)).specular;
+            let tint = self.columns.paint(slot.surface).tint.as_deref();
+            Combine::of(tint).specular(own, level, row).iter().any(|s| *s != 0.0)
         }
     }
 
@@ -361,8 +461,11 @@ enum Which {
 /// Whether p lies in a cell whose numbers sum up to an odd one.
 fn is_odd(cells: &Cells, p: [f32; 3]) -> bool {
     let way = [p[0] - cells.origin[0], p[1] - cells.origin[1], p[2] - cells.origin[2]];
-    let along = |axis: [f32; 3]| way[0] * axis[0] + way[1] * axis[1] + way[2] * axis[2];
-    is_floor_odd(along(cells.x) / cells.size[0]) ^ is_floor_odd(along(cells.y) / cells.size[1])
+    // A direction that is not in use has cell 0 everywhere, which is even.
+    cells.axes.iter().zip(cells.size).fold(false, |odd, (axis, size)| {
+        let along = way[0] * axis[0] + way[1] * axis[1] + way[2] * axis[2];
+        odd ^ is_floor_odd(along / size)
+    })
 }
 
 /// Whether the greatest whole number not above `x` is odd. Beyond 2^24 every `f32` is even, and

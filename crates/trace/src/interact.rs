@@ -2,8 +2,8 @@
 
 use fearless_simd::prelude::*;
 use reflet_accel::lanes::{F, LANES, M, V3, abs, dot, load3, rows3, sub};
-use reflet_accel::{HitCode, Hits, Rays};
-use reflet_pack::{Geometry, ShapeKind};
+use reflet_accel::{Hits, Rays, solid};
+use reflet_pack::{Form, Geometry, ShapeKind};
 
 /// Points on surfaces, as columns padded to whole lanes; rows of rays that missed mean nothing.
 #[derive(Clone, Debug, Default)]
@@ -34,19 +34,26 @@ struct Surfaces {
     offset: [f32; LANES],
     /// 1 where a closed shape was hit from the inside.
     inside: [u32; LANES],
+    /// 1 where it is a solid, whose point and normal were found in `f64`.
+    solid: [u32; LANES],
+    /// The point of a solid.
+    at: [[f32; LANES]; 3],
 }
 
 impl Surfaces {
     #[inline(always)]
-    fn gather(g: &Geometry, codes: &[HitCode]) -> Surfaces {
+    fn gather(g: &Geometry, (rays, first): (&Rays, usize), hits: &Hits) -> Surfaces {
         let mut s = Surfaces {
             anchor: [[0.0; LANES]; 3],
             normal: [[0.0; LANES], [1.0; LANES], [0.0; LANES]],
             radius: [0.0; LANES],
             offset: [0.0; LANES],
             inside: [0; LANES],
+            solid: [0; LANES],
+            at: [[0.0; LANES]; 3],
         };
-        for (lane, code) in codes.iter().enumerate() {
+        for (lane, at) in (first..first + LANES).enumerate() {
+            let code = hits.code[at];
             let Some(prim) = code.prim() else { continue };
             let (kind, row) = g.shape[prim.index()];
             let row = row as usize;
@@ -64,6 +71,20 @@ impl Surfaces {
                 ShapeKind::Triangle => {
                     s.offset[lane] = OFFSET;
                     (g.triangles.corners[0].get(row), g.triangles.normal.get(row))
+                }
+                ShapeKind::Solid => {
+                    let solid = &g.solids.rows[row];
+                    let ray = [&rays.origin, &rays.dir].map(|c| [0, 1, 2].map(|k| c[k][at]));
+                    let (p, normal) = solid::point(solid, (ray[0], ray[1]), hits.t[at]);
+                    s.solid[lane] = 1;
+                    s.inside[lane] = u32::from(code.is_inside());
+                    if solid.form == Form::Disc {
+                        s.offset[lane] = OFFSET;
+                    }
+                    for (column, x) in s.at.iter_mut().zip(p) {
+                        column[lane] = x;
+                    }
+                    (p, normal)
                 }
             };
             for k in 0..3 {
@@ -85,8 +106,7 @@ impl Interactions {
         }
         for first in (0..rays.len()).step_by(LANES) {
             let lanes = first..first + LANES;
-            let codes = &hits.code[lanes.clone()];
-            let s = Surfaces::gather(g, codes);
+            let s = Surfaces::gather(g, (rays, first), hits);
             let t = F::from_slice(simd, &hits.t[lanes.clone()]);
             let (o, d) = (rows3(simd, &rays.origin, first), rows3(simd, &rays.dir, first));
             let found = point(simd, o, d, t, &s);
@@ -119,15 +139,19 @@ fn point<S: Simd>(simd: S, o: V3<S>, d: V3<S>, t: F<S>, s: &Surfaces) -> Found<S
     // normal: what is left is the rounding of coordinates, not of the ray's length.
     let length = dot(way, way).sqrt();
     let height = dot(way, normal);
+    let solid = fearless_simd::u32x8::from_slice(simd, &s.solid).simd_eq(1u32);
+    let at = load3(simd, [&s.at[0], &s.at[1], &s.at[2]]);
     let mut n = [zero; 3];
     let mut p = [zero; 3];
     for k in 0..3 {
         n[k] = curved.select(way[k] / length, normal[k]);
         p[k] = curved.select(anchor[k] + n[k] * radius, reached[k] - n[k] * height);
+        p[k] = solid.select(at[k], p[k]);
     }
+    let sided = curved | solid;
     let inside = fearless_simd::u32x8::from_slice(simd, &s.inside).simd_eq(1u32);
     let away = dot(d, n).simd_gt(zero);
-    let flip = (curved & inside) | (!curved & away);
+    let flip = (sided & inside) | (!sided & away);
     for c in &mut n {
         *c = flip.select(zero - *c, *c);
     }

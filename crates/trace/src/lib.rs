@@ -12,10 +12,12 @@
 //! | [`palette`] | the surfaces that a tile sees |
 //! | [`camera`] | pixels to rays |
 //! | [`interact`] | where a ray hit, how the surface lies there |
+//! | `tint` | what pictures and expressions say at hit points |
 //! | [`lighting`] | what each light gives, and whether it is seen |
 //! | [`mirror`] | which nodes reflect, and where to |
 //! | `stream` | the rays of a level on their way to becoming nodes |
 //! | [`grow`] | these in turn: the first pass |
+//! | [`edges`] | the pixels that are worth more samples |
 //! | [`touch`] | the trees that a moved surface can have changed, made anew |
 //! | [`capsule`] | chunks of segments, to be passed over together |
 //! | `segment` | whether a segment of a tree meets a volume |
@@ -25,6 +27,7 @@
 pub mod camera;
 pub mod capsule;
 pub mod colours;
+pub mod edges;
 pub mod grid;
 pub mod grow;
 pub mod interact;
@@ -34,6 +37,7 @@ pub mod palette;
 mod segment;
 pub mod shade;
 mod stream;
+mod tint;
 pub mod touch;
 pub mod trees;
 

@@ -4,9 +4,10 @@ use crate::interact::Interactions;
 use fearless_simd::prelude::*;
 use reflet_accel::lanes::{F, LANES, dot, rows3, splat3, sub};
 use reflet_accel::{HitCode, Rays};
-use reflet_pack::lights::LightPlace;
+use reflet_pack::Falloff;
+use reflet_pack::lights::{LightPlace, Reach};
 
-/// Writes cos / r of each point into `term`, 0 where the light is behind the surface, outside the
+/// Writes each point's cosine, divided as the light falls off, into `term`; 0 where the light is behind the surface, outside the
 /// light's cone or nothing was hit; and for the others a shadow ray into `rays` with the row that
 /// it belongs to in `rows`.
 #[inline(always)]
@@ -19,7 +20,8 @@ pub fn aim<S: Simd>(
     rays: &mut Rays,
     rows: &mut Vec<u16>,
 ) {
-    let zero = F::splat(simd, 0.0);
+    let (zero, one) = (F::splat(simd, 0.0), F::splat(simd, 1.0));
+    let infinity = F::splat(simd, f32::INFINITY);
     let at = splat3(simd, light.at);
     let axis = splat3(simd, light.axis);
     let cos_angle = F::splat(simd, light.cos_angle);
@@ -32,19 +34,34 @@ pub fn aim<S: Simd>(
         let p = rows3(simd, &points.p, first);
         let n = rows3(simd, &points.n, first);
         let start = rows3(simd, &points.start, first);
-        let way = sub(at, p);
-        let r = dot(way, way).sqrt();
+        let way = match light.reach {
+            Reach::Near(_) => sub(at, p),
+            Reach::Far => at,
+        };
+        let r = match light.reach {
+            Reach::Near(_) => dot(way, way).sqrt(),
+            Reach::Far => one,
+        };
         let cos = dot(n, way) / r;
         let in_cone = (zero - dot(way, axis) / r).simd_gt(cos_angle);
         let lit = (cos.simd_gt(zero) & in_cone).to_bitmask();
         if lit == 0 {
             continue;
         }
-        let value = cos / r;
+        let value = match light.reach {
+            Reach::Near(Falloff::Inverse) => cos / r,
+            Reach::Near(Falloff::Square) => cos / r / r,
+            Reach::Near(Falloff::None) | Reach::Far => cos,
+        };
         // The ray runs from where rays leave; its length is its own.
-        let run = sub(at, start);
-        let length = dot(run, run).sqrt();
-        let dir = [run[0] / length, run[1] / length, run[2] / length];
+        let (dir, length) = match light.reach {
+            Reach::Near(_) => {
+                let run = sub(at, start);
+                let length = dot(run, run).sqrt();
+                ([run[0] / length, run[1] / length, run[2] / length], length)
+            }
+            Reach::Far => (at, infinity),
+        };
         for lane in (0..LANES.min(len - first)).filter(|l| lit >> l & 1 == 1) {
             let row = first + lane;
             if codes[row].is_none() {

@@ -4,6 +4,7 @@ use crate::trees::Level;
 use fearless_simd::prelude::*;
 use reflet_accel::HitCode;
 use reflet_accel::lanes::{F, LANES, M, V3, abs, dot, load3, splat3, sub};
+use reflet_pack::lights::{LightPlace, Reach};
 use reflet_pack::{Aabb, Volume};
 use std::ops::Range;
 
@@ -96,21 +97,29 @@ fn norm<S: Simd>(v: V3<S>) -> F<S> {
     abs(v[0]) + abs(v[1]) + abs(v[2])
 }
 
-/// Marks those nodes of a level, among `rows`, whose ray, from the eye or the node above, meets any of
-/// `volumes`.
+/// Where the rays of a level begin.
+#[derive(Clone, Copy)]
+pub(crate) enum Begin<'a> {
+    /// All in one point.
+    Eye([f32; 3]),
+    /// Where the parents of its nodes are, in these columns.
+    Above(&'a [Vec<f32>; 3]),
+}
+
+/// Marks those nodes of a level, among `rows`, whose ray meets any of `volumes`.
 #[inline(always)]
 pub(crate) fn paths<S: Simd>(
     simd: S,
-    (eye, above): ([f32; 3], Option<&Level>),
+    begin: Begin<'_>,
     (level, rows): (&Level, Range<usize>),
     volumes: &[Volume],
     touched: &mut [bool],
 ) {
     for first in rows.clone().step_by(LANES) {
         let some = first..(first + LANES).min(rows.end);
-        let a = match above {
-            Some(above) => gather(simd, above, &level.parent[some.clone()]),
-            None => splat3(simd, eye),
+        let a = match begin {
+            Begin::Above(columns) => gather(simd, columns, &level.parent[some.clone()]),
+            Begin::Eye(eye) => splat3(simd, eye),
         };
         let b = ends(simd, level, first);
         let away = missed(simd, &level.code[some.clone()]);
@@ -119,13 +128,13 @@ pub(crate) fn paths<S: Simd>(
     }
 }
 
-/// Marks those nodes of a level, among `rows`, whose shadow ray to a light at `at` was free and meets any of the new
-/// volumes, or was blocked and meets any of the old ones.
+/// Marks those nodes of a level, among `rows`, whose shadow ray to a light was free and meets any of
+/// the new volumes, or was blocked and meets any of the old ones.
 #[inline(always)]
 pub(crate) fn shadows<S: Simd>(
     simd: S,
     (level, rows): (&Level, Range<usize>),
-    (at, terms): ([f32; 3], &[f32]),
+    (light, terms): (&LightPlace, &[f32]),
     (old, new): (&[Volume], &[Volume]),
     touched: &mut [bool],
 ) {
@@ -140,9 +149,7 @@ pub(crate) fn shadows<S: Simd>(
         if free | blocked == 0 {
             continue;
         }
-        let (a, b) = (ends(simd, level, first), splat3(simd, at));
-        let away = F::splat(simd, 0.0).simd_gt(0.0);
-        let segments = Segments::new(simd, a, b, away);
+        let segments = to_light(simd, ends(simd, level, first), light, F::splat(simd, 0.0));
         let mut lanes = 0;
         if free != 0 {
             lanes |= free & meeting(simd, &segments, new);
@@ -152,6 +159,19 @@ pub(crate) fn shadows<S: Simd>(
         }
         mark(lanes, &mut touched[some]);
     }
+}
+
+/// From `a` to a light, so thick.
+#[inline(always)]
+pub(crate) fn to_light<S: Simd>(
+    simd: S,
+    a: V3<S>,
+    light: &LightPlace,
+    radius: F<S>,
+) -> Segments<S> {
+    let far = F::splat(simd, f32::from(u8::from(light.reach == Reach::Far)));
+    let away = far.simd_gt(0.0);
+    Segments { radius, ..Segments::new(simd, a, splat3(simd, light.at), away) }
 }
 
 /// The lanes that meet any of `volumes`, a bit each.
@@ -206,12 +226,12 @@ fn lanes<S: Simd>(simd: S, column: &[f32]) -> F<S> {
     F::from_slice(simd, &lanes)
 }
 
-/// Where the rays of some rows ended.
+/// Some rows of three columns.
 #[inline(always)]
-fn gather<S: Simd>(simd: S, level: &Level, rows: &[u16]) -> V3<S> {
+fn gather<S: Simd>(simd: S, columns: &[Vec<f32>; 3], rows: &[u16]) -> V3<S> {
     let mut lanes = [[0.0; LANES]; 3];
     for (lane, row) in rows.iter().enumerate() {
-        for (lanes, column) in lanes.iter_mut().zip(&level.at) {
+        for (lanes, column) in lanes.iter_mut().zip(columns) {
             lanes[lane] = column[usize::from(*row)];
         }
     }

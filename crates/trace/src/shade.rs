@@ -7,6 +7,8 @@
 
 use crate::colours::{BatchColours, FrameSettings, MaterialsByFrame};
 use crate::grid::TileRect;
+use crate::palette::Slot;
+use crate::tint::Combine;
 use crate::trees::{Level, Trees};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level as SimdLevel, dispatch, f32x4};
@@ -38,6 +40,8 @@ pub struct ShadeScratch {
     own: Vec<Colour>,
     frames: Vec<FrameSum>,
     samples: u32,
+    /// How many samples each pixel has, where that differs.
+    counts: Vec<u32>,
     /// A finished tile.
     tile: Vec<Colour>,
 }
@@ -62,6 +66,10 @@ struct SlotTable {
     /// Slots whose nodes need their local colour again.
     stale: Vec<bool>,
     lights: usize,
+    /// How each slot's tint changes its colours.
+    tints: Vec<Combine>,
+    /// Intensities of lights.
+    emissivity: Vec<Colour>,
 }
 
 /// What of a tile's colours differs from the frame before.
@@ -88,6 +96,7 @@ impl<'a> Shader<'a> {
     /// Starts the mean over a tile's samples.
     pub fn begin(&self, scratch: &mut ShadeScratch) {
         scratch.samples = 0;
+        scratch.counts.clear();
         scratch.frames.resize_with(self.batch.len(), FrameSum::default);
         for frame in &mut scratch.frames {
             frame.recoloured = false;
@@ -96,6 +105,50 @@ impl<'a> Shader<'a> {
 
     /// Adds the colours of one sample's trees in all frames. Samples are added in their order.
     pub fn add(&self, trees: &Trees, scratch: &mut ShadeScratch) {
+        self.shade(trees, scratch, |own, sum, samples| {
+            if samples == 0 {
+                sum.clear();
+                sum.extend_from_slice(own);
+            } else {
+                for (sum, own) in sum.iter_mut().zip(own) {
+                    sum.iter_mut().zip(own).for_each(|(s, c)| *s += c);
+                }
+            }
+        });
+    }
+
+    /// Adds the colours of some of a sample's trees: pairs of a row and the pixel, of so many, that
+    /// it is a sample of.
+    pub fn add_at(
+        &self,
+        trees: &Trees,
+        (rows, pixels): (impl Iterator<Item = (u16, u16)> + Clone, usize),
+        scratch: &mut ShadeScratch,
+    ) {
+        scratch.counts.resize(pixels, 0);
+        for (_, pixel) in rows.clone() {
+            scratch.counts[usize::from(pixel)] += 1;
+        }
+        self.shade(trees, scratch, |own, sum, samples| {
+            if samples == 0 {
+                sum.clear();
+                sum.resize(pixels, Colour::default());
+            }
+            for (row, pixel) in rows.clone() {
+                let own = &own[usize::from(row)];
+                sum[usize::from(pixel)].iter_mut().zip(own).for_each(|(s, c)| *s += c);
+            }
+        });
+    }
+
+    /// Computes the colours of trees in all frames, and hands them on with the sum so far and the
+    /// number of samples in it.
+    fn shade(
+        &self,
+        trees: &Trees,
+        scratch: &mut ShadeScratch,
+        add: impl Fn(&[Colour], &mut Vec<Colour>, u32),
+    ) {
         let deepest = trees.levels.len().min(self.columns.model.max_bounces as usize + 1);
         let levels = &trees.levels[..deepest];
         scratch.starts.clear();
@@ -120,15 +173,7 @@ impl<'a> Shader<'a> {
                 dispatch!(self.level, simd => mirrored(simd, levels, max_path, scratch));
             }
             let pixels = levels.first().map_or(0, Level::len);
-            let (sum, own) = (&mut scratch.frames[frame].sum, &scratch.own[..pixels]);
-            if scratch.samples == 0 {
-                sum.clear();
-                sum.extend_from_slice(own);
-            } else {
-                for (sum, own) in sum.iter_mut().zip(own) {
-                    sum.iter_mut().zip(own).for_each(|(s, c)| *s += c);
-                }
-            }
+            add(&scratch.own[..pixels], &mut scratch.frames[frame].sum, scratch.samples);
         }
         scratch.samples += 1;
     }
@@ -146,20 +191,20 @@ impl<'a> Shader<'a> {
         (rect, edge): (TileRect, u32),
         scratch: &'s mut ShadeScratch,
     ) -> &'s [Colour] {
-        let ShadeScratch { frames, samples, tile, .. } = scratch;
+        let ShadeScratch { frames, samples, counts, tile, .. } = scratch;
         let sum = &frames[frame].sum;
         let (w, edge) = (rect.width as usize, edge as usize);
         // One sample is its own mean: s / 1 is s.
         if *samples == 1 && sum.len() == edge * edge {
             return sum;
         }
-        let n = *samples as f32;
         tile.clear();
         tile.resize(edge * edge, Colour::default());
-        for (out, sum) in tile.chunks_mut(edge).zip(sum.chunks(w)) {
-            for (out, sum) in out.iter_mut().zip(sum) {
+        for (y, (out, sum)) in tile.chunks_mut(edge).zip(sum.chunks(w)).enumerate() {
+            for (x, (out, sum)) in out.iter_mut().zip(sum).enumerate() {
+                let n = counts.get(y * w + x).unwrap_or(samples);
                 for (o, s) in out.iter_mut().zip(sum) {
-                    *o = s / n;
+                    *o = s / *n as f32;
                 }
             }
         }
@@ -180,6 +225,8 @@ impl SlotTable {
             self.ambient[0] = colour(settings.background);
         }
         self.stale.fill(all);
+        self.emissivity.clear();
+        self.emissivity.extend(settings.emissivity.iter().map(|e| colour(*e)));
         for (i, slot) in trees.palette.iter().enumerate() {
             let row = match self.changing[i] {
                 Some(c) => shader.materials.row(frame, c),
@@ -203,8 +250,12 @@ impl SlotTable {
             column.resize(rows, Colour::default());
         }
         self.stale.resize(slots, true);
+        let tint = |s: &Slot| Combine::of(shader.columns.paint(s.surface).tint.as_deref());
+        self.tints.clear();
+        self.tints.push(Combine::Nothing);
+        self.tints.extend(trees.palette.iter().map(tint));
         self.changing.clear();
-        let find = |s: &crate::palette::Slot| shader.materials.find(s.material(shader.columns));
+        let find = |s: &Slot| shader.materials.find(s.material(shader.columns));
         self.changing.extend(trees.palette.iter().map(find));
     }
 
@@ -257,9 +308,14 @@ fn local<S: Simd>(simd: S, levels: &[Level], attenuation: Attenuation, scratch: 
             scratch.local_nodes += 1;
             let mut c = f32x4::from_slice(simd, &table.ambient[slot]);
             let lit = &table.lit[slot * table.lights..][..table.lights];
-            for (lit, terms) in lit.iter().zip(&level.light) {
-                let (lit, term) = (f32x4::from_slice(simd, lit), f32x4::splat(simd, terms[row]));
-                c += if finite { lit * term } else { times(simd, lit, term) };
+            if table.tints[slot] == Combine::Nothing {
+                for (lit, terms) in lit.iter().zip(&level.light) {
+                    let lit = f32x4::from_slice(simd, lit);
+                    let term = f32x4::splat(simd, terms[row]);
+                    c += if finite { lit * term } else { times(simd, lit, term) };
+                }
+            } else {
+                c = tinted(simd, table, slot, (level, row));
             }
             if attenuation == Attenuation::Inverse {
                 c = times(simd, c, f32x4::splat(simd, 1.0 / level.total[row]));
@@ -270,11 +326,49 @@ fn local<S: Simd>(simd: S, levels: &[Level], attenuation: Attenuation, scratch: 
     }
 }
 
+/// What the surface of a tinted node gives off and scatters.
+#[inline(always)]
+fn tinted<S: Simd>(
+    simd: S,
+    table: &SlotTable,
+    slot: usize,
+    (level, row): (&Level, usize),
+) -> f32x4<S> {
+    let own = f32x4::from_slice(simd, &table.ambient[slot]);
+    let mut c = match table.tints[slot] {
+        Combine::Nothing | Combine::Instead([false, ..]) => own,
+        Combine::Times => times(simd, own, tint(simd, level, row, 0)),
+        Combine::Instead([true, ..]) => tint(simd, level, row, 0),
+    };
+    let lights = slot * table.lights..(slot + 1) * table.lights;
+    for (i, (lit, terms)) in table.lit[lights].iter().zip(&level.light).enumerate() {
+        let lit = f32x4::from_slice(simd, lit);
+        let lit = match table.tints[slot] {
+            Combine::Nothing | Combine::Instead([_, false, _]) => lit,
+            Combine::Times => times(simd, lit, tint(simd, level, row, 0)),
+            Combine::Instead([_, true, _]) => times(
+                simd,
+                tint(simd, level, row, 3),
+                f32x4::from_slice(simd, &table.emissivity[i]),
+            ),
+        };
+        c += times(simd, lit, f32x4::splat(simd, terms[row]));
+    }
+    c
+}
+
+/// Three columns of a node's tint.
+#[inline(always)]
+fn tint<S: Simd>(simd: S, level: &Level, row: usize, first: usize) -> f32x4<S> {
+    let [r, g, b] = [&level.tint[first], &level.tint[first + 1], &level.tint[first + 2]];
+    f32x4::from_slice(simd, &[r[row], g[row], b[row], 0.0])
+}
+
 /// Colours of all nodes, deepest level first, into `scratch.own`.
 #[inline(always)]
 fn mirrored<S: Simd>(simd: S, levels: &[Level], max_path: f32, scratch: &mut ShadeScratch) {
     scratch.own.copy_from_slice(&scratch.local);
-    let specular = &scratch.table.specular;
+    let (specular, tints) = (&scratch.table.specular, &scratch.table.tints);
     for depth in (1..levels.len()).rev() {
         let (parents, children) = scratch.own.split_at_mut(scratch.starts[depth]);
         let parents = &mut parents[scratch.starts[depth - 1]..];
@@ -285,10 +379,15 @@ fn mirrored<S: Simd>(simd: S, levels: &[Level], max_path: f32, scratch: &mut Sha
         for (child, parent) in children.iter().zip(&levels[depth].parent) {
             let parent = usize::from(*parent);
             if totals[parent] <= max_path {
-                let reflectivity = &specular[usize::from(slots[parent])];
+                let slot = usize::from(slots[parent]);
+                let mut reflectivity = specular[slot];
+                if tints[slot] != Combine::Nothing {
+                    let [r, g, b, _] = reflectivity;
+                    reflectivity = colour(tints[slot].specular([r, g, b], above, parent));
+                }
                 let below = f32x4::from_slice(simd, child);
                 let own = f32x4::from_slice(simd, &parents[parent]);
-                let colour = own + times(simd, f32x4::from_slice(simd, reflectivity), below);
+                let colour = own + times(simd, f32x4::from_slice(simd, &reflectivity), below);
                 colour.store_slice(&mut parents[parent]);
             }
         }

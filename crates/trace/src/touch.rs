@@ -6,12 +6,11 @@
 //! segment does is exact: the same surfaces give the same bits. Segments run between kept points,
 //! with more slack than these were rounded by (see `segment`).
 
-use crate::camera;
 use crate::capsule::{self, Capsules, To};
 use crate::grid::TileRect;
 use crate::grow::{TraceScratch, Tracer, place};
 use crate::mirror;
-use crate::segment;
+use crate::segment::{self, Begin};
 use crate::trees::{Level, Points, Trees};
 use fearless_simd::dispatch;
 use reflet_accel::Rays;
@@ -41,6 +40,8 @@ pub struct TouchScratch {
     /// Of each slot of a tile, whether its surface moved; 0 is a miss.
     moved_slots: Vec<bool>,
     near: Vec<bool>,
+    /// The level-0 rows of touched trees, and their pixels.
+    roots: Vec<u16>,
     pixels: Vec<u16>,
     rows: [Vec<u16>; 2],
     grown: Trees,
@@ -59,22 +60,26 @@ impl Tracer<'_> {
         trees: &mut Trees,
         (s, t): (&mut TraceScratch, &mut TouchScratch),
     ) -> usize {
+        self.find_origins((rect, sample), s);
         if trees.points == Points::Dropped {
             self.locate((rect, sample), trees, (s, t));
         }
         self.find_touched(moved, relit, trees, (s, t));
         trees.fit_lights(self.columns.lights.len());
+        t.roots.clear();
         t.pixels.clear();
         let roots = t.touched[0].iter().enumerate();
-        t.pixels.extend(roots.filter(|(_, touched)| **touched).map(|(row, _)| row as u16));
-        if t.pixels.is_empty() {
+        t.roots.extend(roots.filter(|(_, touched)| **touched).map(|(row, _)| row as u16));
+        if t.roots.is_empty() {
             return 0;
         }
+        let pixels = &trees.levels[0].parent;
+        t.pixels.extend(t.roots.iter().map(|row| pixels[usize::from(*row)]));
         prune(trees, &t.touched, &mut t.rows);
         t.grown.palette.clone_from(&trees.palette);
-        self.grow_some((rect, sample), &t.pixels, &mut t.grown, s);
-        graft(trees, &mut t.grown, &t.pixels);
-        Capsules::find(trees, self.columns.view.eye);
+        self.grow_some((rect, sample), &t.pixels, Points::Kept, &mut t.grown, s);
+        graft(trees, &mut t.grown, &t.roots);
+        Capsules::find(trees, self.begin(&s.origins));
         t.pixels.len()
     }
 
@@ -86,7 +91,7 @@ impl Tracer<'_> {
         trees: &mut Trees,
         (s, t): (&mut TraceScratch, &mut TouchScratch),
     ) {
-        camera::rays(&self.columns.view, rect, sample, &mut s.known.rays);
+        self.known_rays((rect, sample), trees, s);
         for depth in 0..trees.levels.len() {
             let (level, below) = trees.levels[depth..].split_at_mut(1);
             let level = &mut level[0];
@@ -101,7 +106,7 @@ impl Tracer<'_> {
             std::mem::swap(&mut s.known.rays, &mut t.next);
         }
         trees.points = Points::Kept;
-        Capsules::find(trees, self.columns.view.eye);
+        Capsules::find(trees, self.begin(&s.origins));
     }
 
     /// Marks the nodes of touched trees, level by level.
@@ -127,7 +132,7 @@ impl Tracer<'_> {
                 }
             }
             let above = depth.checked_sub(1).map(|above| &trees.levels[above]);
-            let from = (self.columns.view.eye, above);
+            let from = above.map_or(self.begin(&s.origins), |above| Begin::Above(&above.at));
             dispatch!(self.accel.level(), simd => {
                 level.capsules.near(simd, To::Ends, [&moved.new, &[]], &mut t.near);
                 for rows in capsule::flagged(&t.near, level.len()) {
@@ -140,14 +145,14 @@ impl Tracer<'_> {
                 if i >= self.columns.lights.len() || relit.binary_search(&id).is_ok() {
                     continue;
                 }
-                let at = self.columns.light_place(id).at;
+                let light = &self.columns.light_place(id);
                 let volumes = (&moved.old[..], &moved.new[..]);
                 dispatch!(self.accel.level(), simd => {
                     let both = [volumes.0, volumes.1];
-                    level.capsules.near(simd, To::Light(at), both, &mut t.near);
+                    level.capsules.near(simd, To::Light(light), both, &mut t.near);
                     for rows in capsule::flagged(&t.near, level.len()) {
                         s.tested += rows.len() as u64;
-                        segment::shadows(simd, (level, rows), (at, terms), volumes, touched);
+                        segment::shadows(simd, (level, rows), (light, terms), volumes, touched);
                     }
                 });
             }
@@ -191,11 +196,11 @@ fn prune(trees: &mut Trees, touched: &[Vec<bool>], [above, rows]: &mut [Vec<u16>
     }
 }
 
-/// Puts the trees of some pixels, numbered by the same palette, in their places.
-fn graft(trees: &mut Trees, grown: &mut Trees, pixels: &[u16]) {
+/// Puts trees, numbered by the same palette, in the places of some roots.
+fn graft(trees: &mut Trees, grown: &mut Trees, roots: &[u16]) {
     std::mem::swap(&mut trees.palette, &mut grown.palette);
-    for (row, pixel) in pixels.iter().enumerate() {
-        trees.levels[0].replace(usize::from(*pixel), &grown.levels[0], row);
+    for (row, root) in roots.iter().enumerate() {
+        trees.levels[0].replace(usize::from(*root), &grown.levels[0], row);
     }
     let mut first_above = 0;
     for (depth, new) in grown.levels.iter().enumerate().skip(1) {
@@ -205,7 +210,7 @@ fn graft(trees: &mut Trees, grown: &mut Trees, pixels: &[u16]) {
         let level = &mut trees.levels[depth];
         let first = level.len() as u16;
         level.append(new, |parent| match depth {
-            1 => pixels[usize::from(parent)],
+            1 => roots[usize::from(parent)],
             _ => first_above + parent,
         });
         first_above = first;

@@ -20,6 +20,9 @@ pub struct Level {
     /// One column a light: cos / r; 0 where the light is behind the surface or does not shine
     /// there, and -0 where something stands before it.
     pub light: Vec<Vec<f32>>,
+    /// What pictures and expressions say there, a column a number; see
+    /// [`reflet_pack::surfaces::Surfaces::tint_channels`].
+    pub tint: Vec<Vec<f32>>,
     /// Where the ray ended, as three columns: the hit point, or a miss's unit direction. Empty
     /// unless the trees keep their points.
     pub at: [Vec<f32>; 3],
@@ -53,7 +56,7 @@ impl Level {
         self.slot.clear();
         self.total.clear();
         self.parent.clear();
-        for column in self.light.iter_mut().chain(&mut self.at) {
+        for column in self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at) {
             column.clear();
         }
     }
@@ -64,7 +67,8 @@ impl Level {
         remove(&mut self.slot, marked);
         remove(&mut self.total, marked);
         remove(&mut self.parent, marked);
-        self.light.iter_mut().chain(&mut self.at).for_each(|column| remove(column, marked));
+        let columns = self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at);
+        columns.for_each(|column| remove(column, marked));
     }
 
     /// Replaces a row, but for its parent, by a row of another level with the same columns.
@@ -72,8 +76,8 @@ impl Level {
         self.code[row] = by.code[from];
         self.slot[row] = by.slot[from];
         self.total[row] = by.total[from];
-        let columns = self.light.iter_mut().chain(&mut self.at);
-        for (column, new) in columns.zip(by.light.iter().chain(&by.at)) {
+        let columns = self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at);
+        for (column, new) in columns.zip(by.light.iter().chain(&by.tint).chain(&by.at)) {
             column[row] = new[from];
         }
     }
@@ -85,8 +89,9 @@ impl Level {
         self.total.extend_from_slice(&other.total);
         self.parent.extend(other.parent.iter().map(|p| parent(*p)));
         self.light.resize_with(other.light.len(), Vec::new);
-        let columns = self.light.iter_mut().chain(&mut self.at);
-        for (column, new) in columns.zip(other.light.iter().chain(&other.at)) {
+        self.tint.resize_with(other.tint.len(), Vec::new);
+        let columns = self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at);
+        for (column, new) in columns.zip(other.light.iter().chain(&other.tint).chain(&other.at)) {
             column.extend_from_slice(new);
         }
     }
@@ -94,14 +99,15 @@ impl Level {
     /// The bytes that it takes: its columns, and for each of them the allocator's own.
     pub fn bytes(&self) -> usize {
         const ALLOCATION: usize = 16;
-        let columns = 4 + self.light.len() + self.at.iter().filter(|c| !c.is_empty()).count();
-        let own = size_of::<Level>() + self.light.len() * size_of::<Vec<f32>>();
+        let nested = self.light.len() + self.tint.len();
+        let columns = 4 + nested + self.at.iter().filter(|c| !c.is_empty()).count();
+        let own = size_of::<Level>() + nested * size_of::<Vec<f32>>();
         own + columns * ALLOCATION + self.cells() + self.capsules.bytes()
     }
 
     fn cells(&self) -> usize {
         let points = self.at.iter().map(Vec::len).sum::<usize>() * 4;
-        self.len() * (4 + 2 + 4 + 2 + 4 * self.light.len()) + points
+        self.len() * (4 + 2 + 4 + 2 + 4 * (self.light.len() + self.tint.len())) + points
     }
 }
 

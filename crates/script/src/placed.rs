@@ -1,0 +1,161 @@
+//! Groups and instances: makers that take things.
+
+use crate::handle::Handle;
+use crate::nouns::{GROUP, INSTANCE};
+use crate::parse;
+use crate::state::{Phase, Shared, State};
+use crate::table::{Form, Kind, Role};
+use crate::trouble::{Fallible, Trouble, trouble};
+use crate::value::describe;
+use reflet_scene::{Group, Instance, Key, Mesh, Place};
+use rhai::{Array, Dynamic, Engine, Map, NativeCallContext, Position};
+use std::collections::BTreeMap;
+
+/// The most primitives that instances may show: each takes about 150 bytes.
+const MOST: u64 = 100_000_000;
+
+/// What is known of groups and instances.
+#[derive(Default)]
+pub(crate) struct Placed {
+    /// The group that a thing is in, and the line where that was made.
+    groups: BTreeMap<Key, (Key, usize)>,
+    /// How many primitives groups and instances show.
+    shown: BTreeMap<Key, u64>,
+    /// How many all instances show.
+    total: u64,
+}
+
+impl Placed {
+    /// Forgets what was made from `first` on.
+    pub fn truncate(&mut self, first: Key) {
+        self.groups.retain(|_, (group, _)| *group < first);
+        for (_, shown) in self.shown.split_off(&first) {
+            self.total = self.total.saturating_sub(shown);
+        }
+    }
+}
+
+impl State {
+    /// `group([a, b], #{...})`.
+    fn group(&mut self, given: &Array, map: &Map, call: Position) -> Fallible<Handle> {
+        let mut members = Vec::with_capacity(given.len());
+        for (i, value) in given.iter().enumerate() {
+            let key = self.thing(value).map_err(|what| {
+                trouble(format!(
+                    "`group` takes an array of surfaces, groups and instances, got {what} at {i}"
+                ))
+            })?;
+            let of_script = self.scene.is_sealed() && key.0 < self.scene.sealed_len();
+            if self.phase == Phase::Frame && of_script {
+                return Err(trouble(format!(
+                    "what the script made cannot join a group in a frame: make the group in the script, and move it here ({} at {i})",
+                    describe(value)
+                )));
+            }
+            if let Some((_, line)) = self.placed.groups.get(&key) {
+                return Err(trouble(format!(
+                    "{} at {i} is in the group of line {line} already: a thing is in one group at most; an instance of it can be in another",
+                    describe(value)
+                )));
+            }
+            if members.contains(&key) {
+                return Err(trouble(format!("{} at {i} is in the array twice", describe(value))));
+            }
+            members.push(key);
+        }
+        let shown = members.iter().map(|key| self.primitives(*key)).sum();
+        let place = self.place(&GROUP, map, call)?;
+        let group = Group { members: members.clone().into() };
+        let key = self.scene.spawn((place, group));
+        let line = call.line().unwrap_or_default();
+        self.origins.note(key, line);
+        self.placed.groups.extend(members.into_iter().map(|member| (member, (key, line))));
+        self.placed.shown.insert(key, shown);
+        Ok(self.handle(key, Kind(&GROUP)))
+    }
+
+    /// `instance(thing, #{...})`.
+    fn instance(&mut self, thing: &Dynamic, map: &Map, call: Position) -> Fallible<Handle> {
+        let of = self.thing(thing).map_err(|what| {
+            trouble(format!("`instance` takes a surface, a group or an instance, got {what}"))
+        })?;
+        let shown = self.primitives(of);
+        if self.placed.total.saturating_add(shown) > MOST {
+            return Err(trouble(format!(
+                "the scene's instances would show more than {MOST} shapes and triangles: make fewer, or of less"
+            )));
+        }
+        let place = self.place(&INSTANCE, map, call)?;
+        let key = self.scene.spawn((place, Instance { of }));
+        self.origins.note(key, call.line().unwrap_or_default());
+        self.placed.total += shown;
+        self.placed.shown.insert(key, shown);
+        Ok(self.handle(key, Kind(&INSTANCE)))
+    }
+
+    fn place(
+        &mut self,
+        form: &'static Form<Place>,
+        map: &Map,
+        call: Position,
+    ) -> Result<Place, Trouble> {
+        let values = parse::values(self, form, map, call)?;
+        let filled = form.fill(values);
+        filled
+            .map(|(place, _)| place)
+            .map_err(|fault| Trouble::with_key(fault.property, fault.to_string()))
+    }
+
+    /// The key of what can be moved, or in words what was given instead.
+    fn thing(&self, value: &Dynamic) -> Result<Key, String> {
+        let Some(handle) = value.read_lock::<Handle>().map(|handle| *handle) else {
+            return Err(describe(value));
+        };
+        let what = handle.kind.with_article();
+        if self.alive(handle.key, handle.epoch, &what).is_err() {
+            return Err(format!("{what} of an earlier frame"));
+        }
+        match handle.kind.0.role() {
+            Role::Surface | Role::Group | Role::Instance => Ok(handle.key),
+            _ => Err(what),
+        }
+    }
+
+    /// About how many primitives a thing shows.
+    fn primitives(&self, key: Key) -> u64 {
+        let mesh = || self.scene.get::<Mesh>(key).map(|mesh| mesh.data.triangles.len() as u64);
+        self.placed.shown.get(&key).copied().or_else(mesh).unwrap_or(1)
+    }
+}
+
+/// Registers both makers, with and without a map.
+pub(crate) fn register(engine: &mut Engine, state: &Shared) {
+    let shared = state.clone();
+    engine.register_fn(
+        "group",
+        move |ctx: NativeCallContext, members: Array| -> Fallible<Handle> {
+            shared.lock().group(&members, &Map::new(), ctx.call_position())
+        },
+    );
+    let shared = state.clone();
+    engine.register_fn(
+        "group",
+        move |ctx: NativeCallContext, members: Array, map: Map| -> Fallible<Handle> {
+            shared.lock().group(&members, &map, ctx.call_position())
+        },
+    );
+    let shared = state.clone();
+    engine.register_fn(
+        "instance",
+        move |ctx: NativeCallContext, thing: Dynamic| -> Fallible<Handle> {
+            shared.lock().instance(&thing, &Map::new(), ctx.call_position())
+        },
+    );
+    let shared = state.clone();
+    engine.register_fn(
+        "instance",
+        move |ctx: NativeCallContext, thing: Dynamic, map: Map| -> Fallible<Handle> {
+            shared.lock().instance(&thing, &map, ctx.call_position())
+        },
+    );
+}
