@@ -184,6 +184,16 @@ fn open_job_description() {
     if !works("ffmpeg", &["-version"]) {
         return skip("ffmpeg is not there");
     }
+    // The scene's files may come from another folder than the scene.
+    let far = Room::with(&[("far.rhai", &format!("{STILL}mesh(#{{ file: \"m.obj\" }});"))]);
+    std::fs::create_dir(far.path("lib")).unwrap();
+    far.write("lib/m.obj", "v 0 0 2\nv 1 0 2\nv 0 1 2\nf 1 2 3\n");
+    far.good(&["render", "far.rhai", "-o", "local.png", "--assets", "lib"]);
+    let words = ["farm", "openjd", "far.rhai", "-o", "farmed-#.png", "--assets", "lib"];
+    written(&far, "far.json", &words);
+    shell(&far, "openjd run far.json --step Render");
+    same(&far, "farmed-0.png", "local.png");
+
     let room = readme_room();
     told_by_readme("openjd").iter().for_each(|line| shell(&room, line));
     same_as_local(&room);

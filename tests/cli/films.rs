@@ -147,6 +147,14 @@ fn other_programs_read_films_with_texts() {
     }
 }
 
+#[cfg(not(feature = "av1"))]
+#[test]
+fn a_program_without_av1_says_how_to_get_it() {
+    let room = room();
+    room.bad(&["render", "a.rhai", "-o", "f.ivf"], 74, &["frame 0", "--features av1", ".webp"]);
+    assert_eq!(room.made(), [""; 0]);
+}
+
 #[test]
 fn devices_and_the_standard_output_get_no_manifest() {
     let room = room();

@@ -18,7 +18,7 @@ pub struct FilmSink {
     bytes: Arc<AtomicU64>,
     /// Has seen all that was written to a file of our own.
     hasher: Box<blake3::Hasher>,
-    /// Where a manifest may stand: beside a file, and nowhere beside a device.
+    /// Where a manifest may stand: beside a file. What is written through says nothing of itself.
     manifest: Option<PathBuf>,
 }
 
@@ -74,6 +74,7 @@ impl FilmSink {
         patch: impl FnOnce(usize) -> io::Result<Option<Patch>>,
     ) -> io::Result<u64> {
         let manifest = self.manifest.take();
+        let texts = if manifest.is_some() { texts } else { &[] };
         let length = match self.to {
             To::Ffmpeg(pipe) => {
                 let ffmpeg = pipe.into_inner().map_err(|error| error.into_error())?;
@@ -125,7 +126,9 @@ impl Write for FilmSink {
         match &mut self.to {
             To::File(file) => {
                 let n = file.write(bytes)?;
-                self.hasher.update(&bytes[..n]);
+                if self.manifest.is_some() {
+                    self.hasher.update(&bytes[..n]);
+                }
                 self.bytes.fetch_add(n as u64, Ordering::Relaxed);
                 Ok(n)
             }
