@@ -413,6 +413,7 @@ impl<S: Simd, const N: usize> Bins<S, N> {
     }
 
     #[inline(always)]
+    #[allow(clippy::needless_range_loop)] // An axis each, of three columns at once.
     fn fill(&self, simd: S, items: &[Item]) -> Filled<N> {
         let mut filled = Filled::new();
         for item in items {
@@ -431,6 +432,7 @@ impl<S: Simd, const N: usize> Bins<S, N> {
     /// The axis and the first bin of the right side of the least expected cost; `None` if there is
     /// no border with items on both sides.
     #[inline(always)]
+    #[allow(clippy::needless_range_loop)] // A bin each, of both sides at once.
     fn border(&self, simd: S, items: &[Item]) -> Option<(usize, usize)> {
         let filled = if items.len() < SHARED {
             self.fill(simd, items)

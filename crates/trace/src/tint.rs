@@ -162,16 +162,7 @@ fn uv(chart: &Chart, p: [f64; 3]) -> [f64; 2] {
     };
     match chart.kind {
         ChartKind::Flat => [x, y],
-        ChartKind::Ball => {
-            let y = if y > 1.0 {
-                1.0
-            } else if y < -1.0 {
-                -1.0
-            } else {
-                y
-            };
-            [turn(-z, x), 0.5 + libm::asin(y) / PI]
-        }
+        ChartKind::Ball => [turn(-z, x), 0.5 + libm::asin(y.clamp(-1.0, 1.0)) / PI],
         ChartKind::Around([low, high]) => [turn(y, x), (z - low) / (high - low)],
         ChartKind::Ring(major) => [turn(y, x), turn(z, (x * x + y * y).sqrt() - major)],
     }
