@@ -3,7 +3,7 @@
 mod scenes;
 
 use criterion::{BatchSize, Criterion, Throughput};
-use reflet_accel::{Accel, Isa, Refit, Structure};
+use reflet_accel::{Accel, Isa, Structure};
 use reflet_pack::{Geometry, PrimId};
 use scenes::Shape;
 
@@ -54,7 +54,8 @@ fn refit(criterion: &mut Criterion) {
         let mut accel = Accel::build(&places[0], level, Structure::Tree);
         let mut turn = places.iter().cycle().skip(1);
         let mut move_all = || accel.refit(turn.next().expect("a cycle"), &moved);
-        assert_eq!(move_all(), Refit::Refitted);
+        // All at once are built again.
+        move_all();
         let mut group = criterion.benchmark_group("refit");
         group.throughput(Throughput::Elements(moved.len() as u64));
         group.bench_function(name, |b| b.iter(&mut move_all));

@@ -8,7 +8,7 @@ use crate::parts::PartArgs;
 use crate::verify::VerifyArgs;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
-use reflet_accel::Isa;
+use reflet_accel::{Isa, Quality};
 use reflet_film::Compression;
 use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::PathBuf;
@@ -124,9 +124,18 @@ pub struct ScriptArgs {
     /// Give a parameter of the script a value (may be repeated)
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub set: Vec<(String, String)>,
+    /// A folder that files of the scene may come from, beside the script's own (may be repeated)
+    #[arg(long, value_name = "DIR", value_parser = folder)]
+    pub assets: Vec<PathBuf>,
     /// Stop a script that takes more operations than this
     #[arg(long, value_name = "N", default_value = "1000000000")]
     pub max_operations: NonZeroU64,
+}
+
+/// A folder that is there.
+fn folder(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if path.is_dir() { Ok(path) } else { Err("there is no such folder".to_owned()) }
 }
 
 /// What `render` takes.
@@ -191,6 +200,9 @@ pub struct ProfileArgs {
     /// Give a parameter of the script a value (may be repeated)
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment, conflicts_with = "rays")]
     pub set: Vec<(String, String)>,
+    /// A folder that files of the scene may come from, beside the script's own (may be repeated)
+    #[arg(long, value_name = "DIR", value_parser = folder, conflicts_with = "rays")]
+    pub assets: Vec<PathBuf>,
     /// Stop a script that takes more operations than this
     #[arg(long, value_name = "N", default_value = "1000000000")]
     pub max_operations: NonZeroU64,
@@ -221,6 +233,9 @@ pub struct ProfileArgs {
     /// The kernels: scalar, sse2, sse4.2, avx2, avx512, neon, auto, or all that this machine has
     #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = isas)]
     pub isa: Isas,
+    /// How much the tree of boxes is worth: fast, balanced or high; no hit depends on it
+    #[arg(long, value_name = "LEVEL", default_value = "balanced")]
+    pub quality: Quality,
     /// Threads, at most 1024; with commas, one measurement each
     #[arg(long, value_name = "N,...", default_value = "1", value_delimiter = ',', value_parser = threads)]
     pub threads: Vec<NonZeroUsize>,

@@ -91,7 +91,9 @@ impl FromStr for Tiles {
 struct FarmJob {
     script: PathBuf,
     output: PathBuf,
-    /// Arguments that every task has: `--set`, `--size` and the like.
+    /// Folders that files of the scene may come from, beside the script's own.
+    assets: Vec<PathBuf>,
+    /// Other arguments that every task has: `--set`, `--size` and the like.
     more: Vec<String>,
     /// How the whole of tiles is compressed, if not as usual.
     compression: Option<&'static str>,
@@ -111,6 +113,7 @@ impl FarmJob {
     /// What every task's command begins with, after the program's name.
     fn render(&self, output: &str) -> Vec<String> {
         let mut words = vec!["render".into(), text(&self.script), "-o".into(), output.into()];
+        words.extend(self.folders());
         words.extend(self.more.iter().cloned());
         words.push("--resume".into());
         words
@@ -119,9 +122,14 @@ impl FarmJob {
     /// The command that checks all frames.
     fn verify(&self, frames: &[u32]) -> Vec<String> {
         let mut words = vec!["verify".into(), text(&self.script), text(&self.output)];
+        words.extend(self.folders());
         words.extend(self.more.iter().cloned());
         words.extend(["--frames".into(), ranges(frames)]);
         words
+    }
+
+    fn folders(&self) -> impl Iterator<Item = String> {
+        self.assets.iter().flat_map(|folder| ["--assets".into(), text(folder)])
     }
 
     /// The option that compresses the whole of tiles.
@@ -204,6 +212,7 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     let options = Options {
         max_operations: args.script.max_operations.get(),
         sets: args.script.set.clone(),
+        assets: args.script.assets.clone(),
         print: Some(std::sync::Arc::new(move |text, line| {
             printer.say(&format!("{}:{line}: {text}", path.display()));
         })),
@@ -269,6 +278,7 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     Ok(FarmJob {
         script: args.script.script.clone(),
         output: args.output.clone(),
+        assets: args.script.assets.clone(),
         more,
         compression,
         fps: animation.fps,

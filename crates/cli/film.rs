@@ -40,7 +40,7 @@ pub fn run(args: &FilmArgs, console: &Console, signals: &Signals) -> Result<(), 
         .map_err(|e| Failure::usage(e.to_string()))?;
     if !target.format().is_film() {
         return Err(Failure::usage(format!(
-            "{} is no film; let -o end in mp4, mkv, webp, apng, gif or y4m",
+            "{} is no film; let -o end in mp4, mkv, ivf, webp, apng, gif or y4m",
             target.format()
         )));
     }

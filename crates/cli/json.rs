@@ -7,6 +7,8 @@
 //! | `swept` | a killed process's file was removed | `path` |
 //! | `kept` | a frame's file stands | `frame`, `path` |
 //! | `again` | a frame's file does not stand | `frame`, `path`, `why` |
+//! | `film_kept` | the film stands | `path`, `frames` |
+//! | `film_again` | the film does not stand | `path`, `why` |
 //! | `frame` | a frame is on disk | `frame`, `path`, `ms`, `rays`, `changed`, ... |
 //! | `error` | the render failed; the last line then | `exit`, `message` |
 //! | `done` | all frames are on disk; the last line | `frames`, `ms`, `rays`, ... |
@@ -34,6 +36,10 @@ pub enum Line<'a> {
     Kept { frame: u32, path: String },
     /// A frame's file does not stand, and is made again.
     Again { frame: u32, path: String, why: String },
+    /// The film stands and was kept.
+    FilmKept { path: String, frames: usize },
+    /// The film does not stand, and is made again.
+    FilmAgain { path: String, why: String },
     /// A frame is on disk.
     Frame {
         frame: u32,
@@ -120,6 +126,12 @@ impl<'a> Line<'a> {
             Event::Kept { frame, path } => Line::Kept { frame: *frame, path: text(path) },
             Event::Again { frame, path, standing } => {
                 Line::Again { frame: *frame, path: text(path), why: standing.to_string() }
+            }
+            Event::FilmKept { path, frames } => {
+                Line::FilmKept { path: text(path), frames: *frames }
+            }
+            Event::FilmAgain { path, standing } => {
+                Line::FilmAgain { path: text(path), why: standing.to_string() }
             }
             Event::Frame(report) => Line::frame(report),
         }

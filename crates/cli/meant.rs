@@ -163,6 +163,7 @@ fn script(args: ScriptArgs, console: &Console) -> Script {
     let options = Options {
         max_operations: args.max_operations.get(),
         sets: args.set,
+        assets: args.assets,
         print: Some(Arc::new(move |text, line| {
             printer.say(&format!("{}:{line}: {text}", path.display()));
         })),
@@ -182,8 +183,8 @@ fn profile(args: ProfileArgs, console: &Console) -> Result<Profile, Failure> {
     }
     let subject = match (args.script, args.rays) {
         (Some(path), _) => {
-            let (set, max_operations) = (args.set, args.max_operations);
-            let named = ScriptArgs { script: path, set, max_operations };
+            let (set, assets, max_operations) = (args.set, args.assets, args.max_operations);
+            let named = ScriptArgs { script: path, set, assets, max_operations };
             let outputs = Outputs { dump: args.dump, heatmap: args.heatmap, timeline: args.trace };
             Subject::Scene(script(named, console), args.frame, outputs)
         }
@@ -204,6 +205,7 @@ fn profile(args: ProfileArgs, console: &Console) -> Result<Profile, Failure> {
         isas: args.isa.0,
         threads: args.threads.into_iter().map(NonZeroUsize::get).collect(),
         repeat: args.repeat.get(),
+        quality: args.quality,
         save: args.save,
         against: args.against,
         tell: tell(args.json),
@@ -228,7 +230,7 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
             "--watch renders again and again, and stdout can take one render; let -o name a file",
         ));
     }
-    one_file_each(&target, &args.part)?;
+    files_for_parts(&target, &args.part)?;
     args.isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
     Ok(Render {
         script: script(args.script, console),
@@ -251,18 +253,18 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
     })
 }
 
-/// What keeps, splits or joins files needs files, a frame each.
-fn one_file_each(target: &Target, part: &PartArgs) -> Result<(), Failure> {
-    let option = match (part.resume, part.shard, part.tile) {
-        (true, ..) => "--resume",
-        (_, Some(_), _) => "--shard",
-        (.., Some(_)) => "--tile",
-        _ => return Ok(()),
+/// What keeps, splits or joins files needs files; what splits, a frame each.
+fn files_for_parts(target: &Target, part: &PartArgs) -> Result<(), Failure> {
+    let splits = match (part.shard, part.tile) {
+        (Some(_), _) => Some("--shard"),
+        (_, Some(_)) => Some("--tile"),
+        _ => None,
     };
-    if target.is_stdout() {
+    let needs_files = splits.or(part.resume.then_some("--resume"));
+    if let (Some(option), true) = (needs_files, target.is_stdout()) {
         return Err(Failure::usage(format!("{option} needs files; let -o name them, not stdout")));
     }
-    if target.format().is_film() {
+    if let (Some(option), true) = (splits, target.format().is_film()) {
         return Err(Failure::usage(format!(
             "{option} needs a file for each frame, and {} is one for all: render frames, as in \
              -o out/frame-####.png, and join them with `reflet film`",
@@ -281,8 +283,8 @@ fn verify(args: VerifyArgs, console: &Console) -> Result<Render, Failure> {
     let output = args.output.into_os_string();
     let target = Target::parse(&output, args.format.as_deref(), 1)
         .map_err(|e| Failure::usage(e.to_string()))?;
-    if target.is_stdout() || target.format().is_film() {
-        return Err(Failure::usage("verify checks files of one frame each, as in frame-####.png"));
+    if target.is_stdout() {
+        return Err(Failure::usage("verify checks files, as in frame-####.png or film.gif"));
     }
     Ok(Render {
         script: script(args.script, console),

@@ -217,7 +217,9 @@ impl Teller<'_> {
         match event {
             Event::Started { frames, .. } => self.frames = *frames,
             Event::Frame(_) | Event::Kept { .. } => self.done += 1,
-            Event::Warning(_) | Event::Swept(_) | Event::Again { .. } => {}
+            Event::FilmKept { frames, .. } => self.done += frames,
+            Event::Warning(_) | Event::Swept(_) | Event::Again { .. } | Event::FilmAgain { .. } => {
+            }
         }
         if self.meant.tell == Tell::Programs {
             if self.unread.is_none()
@@ -252,6 +254,10 @@ impl Teller<'_> {
             Event::Again { frame, path, standing } => {
                 let path = path.display();
                 self.console.say(&format!("frame {frame}: {path}: {standing}; made again"));
+            }
+            Event::FilmKept { .. } | Event::FilmAgain { standing: Standing::Missing, .. } => {}
+            Event::FilmAgain { path, standing } => {
+                self.console.say(&format!("{}: {standing}; made again", path.display()));
             }
             Event::Frame(_) | Event::Kept { .. } => {
                 if let (Event::Frame(report), Detail::Frames) = (event, self.meant.detail) {

@@ -40,7 +40,12 @@ impl Signals {
 
     #[cfg(unix)]
     fn spawn(&self, console: &Console) {
-        use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
+        use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1, SIGXFSZ};
+        // With a handler a file that may not grow is an error of the write, and not the end.
+        let noted = Arc::new(AtomicBool::new(false));
+        if let Err(error) = signal_hook::flag::register(SIGXFSZ, noted) {
+            console.warn(&format!("cannot listen to signals: {error}"));
+        }
         let mut incoming = match signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGUSR1]) {
             Ok(incoming) => incoming,
             Err(error) => return console.warn(&format!("cannot listen to signals: {error}")),

@@ -29,7 +29,7 @@ pub struct VerifyArgs {
     /// The frames were rendered with --draft
     #[arg(long)]
     pub draft: bool,
-    /// How much time a smaller PNG or EXR was worth: fast, balanced or small
+    /// How much time a smaller PNG, APNG or EXR was worth: fast, balanced or small
     #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::args::compression)]
     pub compression: Compression,
     /// The format, if it is not the output's ending
@@ -51,16 +51,19 @@ pub fn run(meant: &Render, console: &Console, signals: &Signals) -> Result<(), F
         reflet_frame::verify(&mut stage, &job, cancel, &mut |checked| {
             match checked.standing {
                 Standing::Stands => {
-                    whole += 1;
+                    whole += checked.frames.len();
                     return;
                 }
-                Standing::Missing => missing.push(checked.frame),
+                Standing::Missing => missing.extend(&checked.frames),
                 Standing::Stale(why) => {
                     let path = checked.path.display();
-                    console.say(&format!("frame {}: {path}: {why}", checked.frame));
+                    match &checked.frames[..] {
+                        [frame] => console.say(&format!("frame {frame}: {path}: {why}")),
+                        _ => console.say(&format!("{path}: {why}")),
+                    }
                 }
             }
-            again.push(checked.frame);
+            again.extend(checked.frames);
         })
     });
     match result {

@@ -76,6 +76,39 @@ fn path() -> String {
     format!("{}:{}", folder.display(), std::env::var("PATH").unwrap_or_default())
 }
 
+/// The commands of README.md that begin with `reflet farm` and this word, as they stand there.
+fn told_by_readme(scheduler: &str) -> Vec<String> {
+    let text = include_str!("../../README.md");
+    let first = format!("reflet farm {scheduler} ");
+    let lines = text.lines().skip_while(|line| !line.starts_with(&first));
+    let lines: Vec<String> = lines.take_while(|line| *line != "```").map(str::to_owned).collect();
+    assert_eq!(lines.len(), 2, "README.md has no two lines for {scheduler}");
+    lines
+}
+
+/// The scene of README.md, and its frames and film as they are made here.
+fn readme_room() -> Room {
+    let room = Room::with(&[("room.rhai", &format!("{STILL}{FIVE}"))]);
+    room.good(&["render", "room.rhai", "-o", "local/frame-####.png"]);
+    room.good(&["film", "local/frame-####.png", "-o", "local.mp4", "--fps", "10"]);
+    room
+}
+
+fn same_as_local(room: &Room) {
+    assert_eq!(room.names_in("out"), room.names_in("local"));
+    for name in room.names_in("local") {
+        same(room, &format!("out/{name}"), &format!("local/{name}"));
+    }
+}
+
+/// Runs a line of a shell.
+fn shell(room: &Room, line: &str) {
+    let mut sh = Command::new("sh");
+    let ran = sh.args(["-c", line]).env("PATH", path()).current_dir(room.path(".")).output();
+    let ran = ran.unwrap();
+    assert!(ran.status.success(), "{line}: {}", shown(&ran));
+}
+
 #[test]
 fn one_command_a_line() {
     let room = room();
@@ -100,6 +133,12 @@ fn one_command_a_line() {
     let ran = parallel.env("PATH", path()).current_dir(room.path(".")).output().unwrap();
     assert!(ran.status.success(), "{}", shown(&ran));
     same_frames(&room);
+
+    if works("ffmpeg", &["-version"]) {
+        let room = readme_room();
+        told_by_readme("commands").iter().for_each(|line| shell(&room, line));
+        same_as_local(&room);
+    }
 }
 
 #[test]
@@ -141,6 +180,24 @@ fn open_job_description() {
     same_frames(&room);
     same(&room, "film.webp", "local.webp");
     same(&room, "farmed.png", "local.png");
+
+    if !works("ffmpeg", &["-version"]) {
+        return skip("ffmpeg is not there");
+    }
+    // The scene's files may come from another folder than the scene.
+    let far = Room::with(&[("far.rhai", &format!("{STILL}mesh(#{{ file: \"m.obj\" }});"))]);
+    std::fs::create_dir(far.path("lib")).unwrap();
+    far.write("lib/m.obj", "v 0 0 2\nv 1 0 2\nv 0 1 2\nf 1 2 3\n");
+    far.good(&["render", "far.rhai", "-o", "local.png", "--assets", "lib"]);
+    let words = ["farm", "openjd", "far.rhai", "-o", "farmed-#.png", "--assets", "lib"];
+    written(&far, "far.json", &words);
+    shell(&far, "openjd run far.json --step Render");
+    same(&far, "farmed-0.png", "local.png");
+
+    let room = readme_room();
+    told_by_readme("openjd").iter().for_each(|line| shell(&room, line));
+    same_as_local(&room);
+    same(&room, "room.mp4", "local.mp4");
 }
 
 /// A Slurm of one node, ended with the test.
@@ -168,7 +225,8 @@ impl Slurm {
              TaskPlugin=task/none\nSwitchType=switch/none\nMpiDefault=none\nRequeueExit=75\n\
              SelectType=select/cons_tres\nSelectTypeParameters=CR_Core\nReturnToService=2\n\
              NodeName={host} NodeAddr=127.0.0.1 CPUs=1 State=UNKNOWN\n\
-             PartitionName=all Nodes={host} Default=YES State=UP OverSubscribe=FORCE:4\n",
+             PartitionName=all Nodes={host} Default=YES State=UP OverSubscribe=FORCE:4\n\
+             PartitionName=night Nodes={host} State=UP OverSubscribe=FORCE:4\n",
             port(0),
             port(1),
             at("munge"),
@@ -235,8 +293,12 @@ impl Slurm {
     /// Submits a script that `reflet farm` wrote, and waits until its jobs are gone.
     fn submit(&self, room: &Room, script: &Path, reflet: &str) {
         let mut sh = self.command("sh");
-        let ran = sh.arg(script).env("REFLET", reflet).current_dir(room.path(".")).output();
-        let ran = ran.unwrap();
+        self.submitted(room, sh.arg(script).env("REFLET", reflet));
+    }
+
+    /// Runs what submits jobs, and waits until they are gone.
+    fn submitted(&self, room: &Room, submits: &mut Command) {
+        let ran = submits.current_dir(room.path(".")).output().unwrap();
         assert!(ran.status.success(), "{}", shown(&ran));
         let begin = Instant::now();
         loop {
@@ -319,4 +381,14 @@ fn slurm_runs_arrays_and_what_depends_on_them() {
     assert!(room.path("film.webp").exists(), "{told}");
     same_frames(&room);
     same(&room, "film.webp", "local.webp");
+
+    if !works("ffmpeg", &["-version"]) {
+        return skip("ffmpeg is not there");
+    }
+    let room = readme_room();
+    for line in told_by_readme("slurm") {
+        slurm.submitted(&room, slurm.command("sh").args(["-c", &line]));
+    }
+    same_as_local(&room);
+    same(&room, "room.mp4", "local.mp4");
 }

@@ -3,10 +3,13 @@
 mod checked;
 mod events;
 mod farmed;
+mod films;
+mod full;
 mod outputs;
 mod profiled;
 mod resumed;
 mod room;
+mod stages;
 mod stopped;
 mod usage;
 mod watched;

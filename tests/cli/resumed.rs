@@ -159,6 +159,59 @@ fn every_cut_of_a_run_gives_the_same_bytes() {
     }
 }
 
+/// Shards, threads, tiles, re-use and the point from which a run is taken up again, all crossed:
+/// the frames, and the film of them, are those of one run in one piece.
+#[test]
+fn cuts_and_threads_crossed_give_the_same_bytes() {
+    let room = room();
+    room.good(&["render", "a.rhai", "-o", "whole/f-##.png"]);
+    room.good(&["render", "a.rhai", "-o", "whole.gif"]);
+    let whole = bytes(&room.path("whole"));
+    let film = std::fs::read(room.path("whole.gif")).unwrap();
+    for threads in ["1", "2", "5"] {
+        for more in [&[][..], &["--no-reuse"], &["--cache-mem", "0"], &["--isa", "scalar"]] {
+            for (count, found) in [(1, 0b00000_u32), (2, 0b10010), (3, 0b01001), (5, 0b00100)] {
+                std::fs::create_dir(room.path("o")).unwrap();
+                for (i, (name, bytes)) in whole.iter().enumerate() {
+                    // One that stands, and one that a killed process has cut.
+                    let cut = if found & (1 << i) != 0 { bytes.len() } else { bytes.len() / 2 };
+                    if i % 2 == 0 || cut == bytes.len() {
+                        room.write(&format!("o/{name}"), &bytes[..cut]);
+                    }
+                }
+                for index in 1..=count {
+                    let shard = format!("{index}/{count}");
+                    let args = ["render", "a.rhai", "-o", "o/f-##.png", "--resume", "--shard"];
+                    let more = [&args[..], &[&shard, "--threads", threads], more].concat();
+                    room.good(&more);
+                }
+                let what = format!("{threads} threads, {more:?}, {count} shards, {found:05b}");
+                assert!(bytes(&room.path("o")) == whole, "{what}");
+                room.good(&["film", "o/f-##.png", "-o", "joined.gif", "--fps", "10"]);
+                assert!(std::fs::read(room.path("joined.gif")).unwrap() == film, "{what}");
+                std::fs::remove_dir_all(room.path("o")).unwrap();
+            }
+            let args = ["render", "a.rhai", "-o", "again.gif", "--threads", threads];
+            room.good(&[&args[..], more].concat());
+            assert!(std::fs::read(room.path("again.gif")).unwrap() == film, "{threads} {more:?}");
+        }
+        // One frame of it in tiles.
+        for (columns, rows) in [(1, 1), (2, 1), (1, 3), (3, 2), (5, 4)] {
+            let mut words = vec!["merge".to_owned(), "-o".into(), "tiled.png".into()];
+            for (row, column) in (1..=rows).flat_map(|r| (1..=columns).map(move |c| (r, c))) {
+                let (tile, part) =
+                    (format!("{column},{row}/{columns}x{rows}"), format!("p/{column}-{row}.exr"));
+                let args = ["render", "a.rhai", "-o", &part, "--frames", "2", "--tile", &tile];
+                room.good(&[&args[..], &["--threads", threads]].concat());
+                words.push(part);
+            }
+            room.good(&words.iter().map(String::as_str).collect::<Vec<_>>());
+            let tiled = std::fs::read(room.path("tiled.png")).unwrap();
+            assert!(tiled == whole["f-02.png"], "{columns}x{rows} tiles, {threads} threads");
+        }
+    }
+}
+
 #[test]
 fn a_resumed_animation_takes_nothing_over_from_frames_that_it_skipped() {
     // Each frame differs from the one before in a way of its own: colours, a move, a lamp.
@@ -280,7 +333,7 @@ fn words_that_do_not_fit_a_part_are_usage_errors() {
     let render = |more: &[&str], words: &[&str]| {
         room.bad(&[&["render", "five.rhai"], more].concat(), 2, words);
     };
-    render(&["-o", "a.gif", "--resume"], &["--resume", "gif"]);
+    render(&["-o", "a.gif", "--resume", "--shard", "1/2"], &["--shard", "gif"]);
     render(&["-o", "a.gif", "--shard", "1/2"], &["--shard", "reflet film"]);
     render(&["-o", "-", "--resume"], &["--resume", "stdout"]);
     render(&["-o", "a.png", "--shard", "3/2"], &["--shard", "2/5"]);
@@ -288,7 +341,7 @@ fn words_that_do_not_fit_a_part_are_usage_errors() {
     render(&["-o", "a.exr", "--tile", "1,1/2x2"], &["--tile", "5 frames"]);
     render(&["-o", "a.exr", "--tile", "3,1/2x2"], &["--tile", "3,2/8x6"]);
     render(&["-o", "a.exr", "--tile", "1,1/99x1", "--frames", "0"], &["--tile", "16x9"]);
-    room.bad(&["verify", "five.rhai", "a.gif"], 2, &["verify"]);
+    room.bad(&["verify", "five.rhai", "-"], 2, &["verify"]);
     room.bad(&["merge", "-o", "a.png"], 2, &["PART"]);
     room.bad(&["merge", "a.exr", "-o", "a.gif"], 2, &["merge"]);
     assert!(room.made().is_empty(), "{:?}", room.made());

@@ -76,6 +76,8 @@ fn absurd_sizes() {
     // Three pictures of 12 GiB and more: no machine that runs this test has so much to spare.
     let args = ["render", "still.rhai", "-o", "a.exr", "--size", "65535x65535"];
     room.bad(&args, 1, &["memory"]);
+    let args = ["render", "five.rhai", "-o", "a.gif", "--size", "65535x65535"];
+    room.bad(&args, 1, &["memory"]);
     assert!(room.made().is_empty(), "{:?}", room.made());
     for (size, width, height) in [("1x1", 1, 1), ("65535x1", 65535, 1), ("1X300", 1, 300)] {
         room.good(&["render", "still.rhai", "-o", "a.png", "--size", size]);
@@ -235,4 +237,25 @@ fn a_reader_that_leaves_early_is_no_error() {
     let ran: crate::room::Ran = child.wait_with_output().unwrap().into();
     assert_eq!(ran.code, Some(0));
     assert_eq!(ran.err, "");
+}
+
+#[test]
+fn files_come_from_the_scripts_folder_and_those_that_are_named() {
+    let mesh = "mesh(#{ file: \"m.obj\" });\n";
+    let room = Room::with(&[("a.rhai", &format!("{STILL}{mesh}"))]);
+    std::fs::create_dir_all(room.path("far/away")).unwrap();
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    room.write("far/away/m.obj", triangle);
+    room.bad(&["render", "a.rhai", "-o", "a.png"], 66, &["m.obj", "no such file"]);
+    room.bad(&["check", "a.rhai", "--assets", "far"], 66, &["m.obj", "nor is it in the 1 other"]);
+    room.bad(&["check", "a.rhai", "--assets", "none"], 2, &["--assets", "no such folder"]);
+    room.good(&["check", "a.rhai", "--assets", "far", "--assets", "far/away"]);
+    room.good(&["render", "a.rhai", "-o", "b.png", "--assets", "far/away"]);
+    room.good(&["verify", "a.rhai", "b.png", "--assets", "far/away"]);
+    let ran = room.good(&["farm", "commands", "a.rhai", "-o", "c.png", "--assets", "far/away"]);
+    assert!(ran.text().contains("--assets far/away"), "{}", ran.text());
+    // The script's own folder comes first.
+    room.write("m.obj", triangle.replace("1 0 0", "2 0 0"));
+    let ran = room.run(&["verify", "a.rhai", "b.png", "--assets", "far/away"]);
+    assert_eq!(ran.code, Some(1), "{}", ran.err);
 }

@@ -1,12 +1,13 @@
 //! All of it behind two calls.
 
 use crate::blocks::Blocks;
-use crate::build::{self, Tree};
+use crate::build::{self, Quality};
 use crate::count::Work;
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Hits, Question, RayCounts, Rays};
 use crate::refit::{Places, Refit, WORN};
 use crate::stream::{self, Memory, Structures, Way};
+use crate::tree::Tree;
 use fearless_simd::{Fallback, Level, Simd, dispatch};
 use reflet_pack::{Geometry, PrimId, ShapeKind};
 
@@ -31,6 +32,7 @@ pub struct Accel {
     leaves: Blocks,
     tree: Tree,
     structure: Structure,
+    quality: Quality,
     way: Way,
     /// How many primitives it was built from, visible or not.
     prims: usize,
@@ -46,6 +48,16 @@ const LIST: usize = 24;
 impl Accel {
     /// Builds over all visible primitives.
     pub fn build(geometry: &Geometry, level: Level, structure: Structure) -> Accel {
+        Accel::build_as(geometry, level, structure, Quality::default())
+    }
+
+    /// The same, with a tree of some quality.
+    pub fn build_as(
+        geometry: &Geometry,
+        level: Level,
+        structure: Structure,
+        quality: Quality,
+    ) -> Accel {
         let visible = |kind: ShapeKind| {
             let all = (0..geometry.len() as u32).map(PrimId);
             let of_kind =
@@ -66,7 +78,7 @@ impl Accel {
                 push(&mut list, geometry, kind, &visible(kind));
             }
         } else {
-            tree = build::build(geometry, &mut leaves);
+            tree = build::build(geometry, level, quality, &mut leaves);
         }
         let area = tree.area();
         Accel {
@@ -75,6 +87,7 @@ impl Accel {
             leaves,
             tree,
             structure,
+            quality,
             way: Way::Auto,
             prims: geometry.len(),
             area,
@@ -93,10 +106,11 @@ impl Accel {
     ///
     /// Boxes are refitted, about a microsecond a primitive; the whole is built again, on all
     /// threads of the pool that this is called in, if primitives were added or removed, are of
-    /// another kind, or are visible for the first time since the structure was built, and when the
-    /// boxes have grown to [`WORN`] times their area.
+    /// another kind, or are visible for the first time since the structure was built, when most of
+    /// very many have moved, which a new tree costs no more than, and when the boxes have grown to
+    /// [`WORN`] times their area.
     pub fn refit(&mut self, geometry: &Geometry, moved: &[PrimId]) -> Refit {
-        if geometry.len() == self.prims {
+        if geometry.len() == self.prims && !outnumber(moved.len(), self.prims) {
             let Accel { list, leaves, tree, places, .. } = self;
             let places =
                 places.get_or_insert_with(|| Places::find(geometry.len(), list, leaves, tree));
@@ -107,7 +121,7 @@ impl Accel {
             }
         }
         let way = self.way;
-        *self = Accel::build(geometry, self.level, self.structure);
+        *self = Accel::build_as(geometry, self.level, self.structure, self.quality);
         self.way = way;
         Refit::Rebuilt
     }
@@ -228,6 +242,11 @@ fn begin<'a>(rays: &Rays, hits: &'a mut Hits) -> (&'a mut [f32], &'a mut [HitCod
     hits.code.clear();
     hits.code.resize(padded, HitCode::NONE);
     (&mut hits.t, &mut hits.code)
+}
+
+/// Whether so many of `prims` have moved that a new tree is quicker than a refitted one.
+fn outnumber(moved: usize, prims: usize) -> bool {
+    prims >= 4096 && moved > prims / 4 * 3
 }
 
 fn push(blocks: &mut Blocks, geometry: &Geometry, kind: ShapeKind, prims: &[PrimId]) {

@@ -2,9 +2,11 @@
 
 use crate::kernels::{self, Candidate, PlaneLanes, QuadLanes, SphereLanes, TriangleLanes};
 use crate::lanes::{F, LANES, RayLanes, U, V3};
+use crate::prefetch::prefer_large_pages;
 use crate::rays::HitCode;
 use crate::slab::{self, BoxLanes};
 use fearless_simd::prelude::*;
+use rayon::prelude::*;
 use reflet_pack::{Aabb, Form, Geometry, PrimId, ShapeKind, Solid};
 
 type Lane = [f32; LANES];
@@ -319,9 +321,36 @@ impl<B: Block> Shelf<B> {
         self.frames[block].set(lane, &g.bounds[prim.index()]);
     }
 
+    /// Makes all blocks at once, on all threads.
+    fn fill(&mut self, g: &Geometry, prims: &[PrimId], leaves: &[Leaf]) {
+        let block = |leaf: &Leaf| {
+            let (mut block, mut frame) = (B::default(), Frame::default());
+            for (lane, prim) in prims[leaf.first..leaf.first + leaf.len].iter().enumerate() {
+                block.set(lane, g, *prim);
+                frame.set(lane, &g.bounds[prim.index()]);
+            }
+            (block, frame)
+        };
+        self.blocks.reserve_exact(leaves.len());
+        prefer_large_pages(self.blocks.spare_capacity_mut());
+        self.frames.reserve_exact(leaves.len());
+        prefer_large_pages(self.frames.spare_capacity_mut());
+        let all = leaves.par_iter().with_min_len(256).map(block);
+        all.unzip_into_vecs(&mut self.blocks, &mut self.frames);
+    }
+
     fn bytes(&self) -> usize {
         size_of_val(&self.blocks[..]) + size_of_val(&self.frames[..])
     }
+}
+
+/// What a block is made from: a part of a list of primitives.
+#[derive(Clone, Copy, Debug)]
+pub struct Leaf {
+    /// Where it begins.
+    pub first: usize,
+    /// How many there are, at most eight.
+    pub len: usize,
 }
 
 /// All primitives in lanes, a shelf a kind.
@@ -397,6 +426,17 @@ impl Blocks {
             ShapeKind::Quad => self.quads.set(block, lane, g, prim),
             ShapeKind::Triangle => self.triangles.set(block, lane, g, prim),
             ShapeKind::Solid => self.solids.set(block, lane, g, prim),
+        }
+    }
+
+    /// Makes a block of each of `leaves`, in place of all blocks of their kind.
+    pub fn fill(&mut self, kind: ShapeKind, g: &Geometry, prims: &[PrimId], leaves: &[Leaf]) {
+        match kind {
+            ShapeKind::Sphere => self.spheres.fill(g, prims, leaves),
+            ShapeKind::Plane => self.planes.fill(g, prims, leaves),
+            ShapeKind::Quad => self.quads.fill(g, prims, leaves),
+            ShapeKind::Triangle => self.triangles.fill(g, prims, leaves),
+            ShapeKind::Solid => self.solids.fill(g, prims, leaves),
         }
     }
 

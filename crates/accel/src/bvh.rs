@@ -1,31 +1,15 @@
 //! One ray through the tree: eight boxes, then eight primitives at a time.
 
 use crate::blocks::{Block, Blocks, Shelf};
-use crate::build::{Child, Node, Tree};
 use crate::bundle::Bundle;
 use crate::count::{self, Counter};
-use crate::lanes::{F, LANES, RayLanes, greater, lesser};
-use crate::prefetch::prefetch;
+use crate::lanes::{F, LANES, RayLanes};
 use crate::rays::Question;
-use crate::slab::{LEAVE, enter};
+use crate::slab::enter;
+use crate::tree::{Child, Tree};
+use crate::visit::{Key, Slabs, Stack, visit};
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
-
-/// Children still to be visited: where the ray enters them, as the upper half, and what they are.
-/// An entry is not negative, so its bits are ordered as it is.
-pub type Key = u64;
-
-/// The key of a child.
-#[inline(always)]
-pub fn key(entry: f32, child: Child) -> Key {
-    u64::from(entry.to_bits()) << 32 | u64::from(child.0)
-}
-
-/// Where the child of a key is entered.
-#[inline(always)]
-pub fn entry_of(key: Key) -> f32 {
-    f32::from_bits((key >> 32) as u32)
-}
 
 /// Follows each ray of the bundle to its closest hit, or to any, one after the other.
 #[inline(never)]
@@ -65,83 +49,29 @@ fn walk<S: Simd, C: Counter>(
     stack: &mut [Key],
     counter: &mut C,
 ) -> (f32, u32) {
+    let slabs = Slabs { o: ray.o, inv: ray.inv, near };
+    let mut stack = Stack { keys: stack, top: 0 };
     let mut end = F::splat(simd, found.0);
-    let zero = F::splat(simd, 0.0);
-    let (mut top, mut index) = (0, 0);
+    let mut index = 0;
     'node: loop {
         counter.node();
-        let node = &tree.nodes[index];
-        let mut entry = zero;
-        let mut exit = F::splat(simd, f32::INFINITY);
-        for (k, row) in near.into_iter().enumerate() {
-            let first = (node.faces(simd, row) - ray.o[k]) * ray.inv[k];
-            let last = (node.faces(simd, row ^ Node::HI) - ray.o[k]) * ray.inv[k];
-            entry = greater(simd, first, entry);
-            exit = lesser(simd, last, exit);
-        }
-        // An equal entry may still hold a tie with a lower id.
-        let exit = lesser(simd, exit * LEAVE, end);
-        let mut bits = entry.simd_le(exit).to_bitmask() as u32;
-        let entries = entry.as_slice();
-        let mut next;
-        if bits != 0 {
-            let lane = bits.trailing_zeros() as usize % LANES;
-            bits &= bits - 1;
-            next = key(entries[lane], node.child(lane));
-            // The nearest goes on at once, the others onto the stack, the farthest lowest.
-            let bottom = top;
-            while bits != 0 {
-                let lane = bits.trailing_zeros() as usize % LANES;
-                bits &= bits - 1;
-                let other = key(entries[lane], node.child(lane));
-                let more = next.max(other);
-                next = next.min(other);
-                let mut at = top;
-                while at > bottom && stack[at - 1] < more {
-                    stack[at] = stack[at - 1];
-                    at -= 1;
-                }
-                stack[at] = more;
-                top += 1;
-                match Child(more as u32).target() {
-                    Ok(index) => prefetch(&tree.nodes, index),
-                    Err((ShapeKind::Sphere, block)) => prefetch(&blocks.spheres.blocks, block),
-                    Err((ShapeKind::Quad, block)) => prefetch(&blocks.quads.blocks, block),
-                    Err((ShapeKind::Solid, block)) => prefetch(&blocks.solids.blocks, block),
-                    Err((_, block)) => prefetch(&blocks.triangles.blocks, block),
-                }
-            }
-        } else {
-            loop {
-                if top == 0 {
-                    return found;
-                }
-                top -= 1;
-                if entry_of(stack[top]) <= found.0 {
-                    next = stack[top];
-                    break;
-                }
-            }
-        }
+        let mut next = match visit(simd, (tree, blocks), index, &slabs, end, &mut stack) {
+            Some(nearest) => nearest,
+            None => match stack.pop(0, found.0) {
+                Some(next) => next,
+                None => return found,
+            },
+        };
         loop {
             match Child(next as u32).target() {
                 Ok(node) => {
                     index = node;
                     continue 'node;
                 }
-                Err((kind, block)) => {
+                Err(leaf) => {
                     let before = found;
-                    counter.kernel(|| count::prims_of(blocks, kind, block));
-                    found = match kind {
-                        ShapeKind::Sphere => test(simd, &blocks.spheres, block, ray, found, end),
-                        // Planes are never in a tree.
-                        ShapeKind::Plane => found,
-                        ShapeKind::Quad => test(simd, &blocks.quads, block, ray, found, end),
-                        ShapeKind::Triangle => {
-                            test(simd, &blocks.triangles, block, ray, found, end)
-                        }
-                        ShapeKind::Solid => test(simd, &blocks.solids, block, ray, found, end),
-                    };
+                    counter.kernel(|| count::prims_of(blocks, leaf.0, leaf.1));
+                    found = test_any_kind(simd, blocks, leaf, ray, found, end);
                     if found != before {
                         if question == Question::Any {
                             return found;
@@ -150,17 +80,31 @@ fn walk<S: Simd, C: Counter>(
                     }
                 }
             }
-            loop {
-                if top == 0 {
-                    return found;
-                }
-                top -= 1;
-                if entry_of(stack[top]) <= found.0 {
-                    next = stack[top];
-                    break;
-                }
-            }
+            next = match stack.pop(0, found.0) {
+                Some(next) => next,
+                None => return found,
+            };
         }
+    }
+}
+
+/// The better of `best` and the closest hit in a block of any kind.
+#[inline(always)]
+pub fn test_any_kind<S: Simd>(
+    simd: S,
+    blocks: &Blocks,
+    (kind, block): (ShapeKind, usize),
+    ray: &RayLanes<S>,
+    best: (f32, u32),
+    end: F<S>,
+) -> (f32, u32) {
+    match kind {
+        ShapeKind::Sphere => test(simd, &blocks.spheres, block, ray, best, end),
+        // Planes are never in a tree.
+        ShapeKind::Plane => best,
+        ShapeKind::Quad => test(simd, &blocks.quads, block, ray, best, end),
+        ShapeKind::Triangle => test(simd, &blocks.triangles, block, ray, best, end),
+        ShapeKind::Solid => test(simd, &blocks.solids, block, ray, best, end),
     }
 }
 

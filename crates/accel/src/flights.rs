@@ -2,16 +2,14 @@
 //! they need in the cache.
 
 use crate::blocks::Blocks;
-use crate::build::{Child, Node, Tree};
 use crate::bundle::{Bundle, RAYS};
-use crate::bvh::{Key, entry_of, key, test};
+use crate::bvh::test_any_kind;
 use crate::count::{self, Counter};
-use crate::lanes::{F, LANES, greater, lesser};
-use crate::prefetch::prefetch;
+use crate::lanes::{F, LANES};
 use crate::rays::Question;
-use crate::slab::LEAVE;
+use crate::tree::{Child, Tree};
+use crate::visit::{Key, Slabs, Stack, ask_for, key, visit};
 use fearless_simd::prelude::*;
-use reflet_pack::ShapeKind;
 
 /// How many rays are under way at once: while the node or block that one of them needs next is on
 /// its way from memory, the others go on. (Wald et al., "Interactive Rendering with Coherent Ray
@@ -124,86 +122,32 @@ fn step<S: Simd, C: Counter>(
 ) -> bool {
     let slot = flight.slot;
     let end = F::splat(simd, flight.found.0);
+    let mut rest = Stack { keys: stack, top: flight.top };
     let mut next = None;
     match Child(flight.next as u32).target() {
         Ok(index) => {
             counter.node();
-            let node = &tree.nodes[index];
             let (o, inv) = bundle.slabs(simd, slot);
-            let mut entry = F::splat(simd, 0.0);
-            let mut exit = F::splat(simd, f32::INFINITY);
-            for k in 0..3 {
-                let first = (node.faces(simd, flight.near[k]) - o[k]) * inv[k];
-                let last = (node.faces(simd, flight.near[k] ^ Node::HI) - o[k]) * inv[k];
-                entry = greater(simd, first, entry);
-                exit = lesser(simd, last, exit);
-            }
-            // An equal entry may still hold a tie with a lower id.
-            let exit = lesser(simd, exit * LEAVE, end);
-            let mut bits = entry.simd_le(exit).to_bitmask() as u32;
-            let entries = entry.as_slice();
-            if bits != 0 {
-                let lane = bits.trailing_zeros() as usize % LANES;
-                bits &= bits - 1;
-                let mut nearest = key(entries[lane], node.child(lane));
-                // The nearest goes on at once, the others onto the stack, the farthest lowest.
-                let (bottom, mut top) = (flight.top, flight.top);
-                while bits != 0 {
-                    let lane = bits.trailing_zeros() as usize % LANES;
-                    bits &= bits - 1;
-                    let other = key(entries[lane], node.child(lane));
-                    let more = nearest.max(other);
-                    nearest = nearest.min(other);
-                    let mut at = top;
-                    while at > bottom && stack[at - 1] < more {
-                        stack[at] = stack[at - 1];
-                        at -= 1;
-                    }
-                    stack[at] = more;
-                    top += 1;
-                }
-                flight.top = top;
-                next = Some(nearest);
-            }
+            let slabs = Slabs { o, inv, near: flight.near };
+            next = visit(simd, (tree, blocks), index, &slabs, end, &mut rest);
         }
-        Err((kind, block)) => {
-            counter.kernel(|| count::prims_of(blocks, kind, block));
+        Err(leaf) => {
+            counter.kernel(|| count::prims_of(blocks, leaf.0, leaf.1));
             let ray = bundle.splat(simd, slot);
             let before = flight.found;
-            let found = match kind {
-                ShapeKind::Sphere => test(simd, &blocks.spheres, block, &ray, before, end),
-                // Planes are never in a tree.
-                ShapeKind::Plane => before,
-                ShapeKind::Quad => test(simd, &blocks.quads, block, &ray, before, end),
-                ShapeKind::Triangle => test(simd, &blocks.triangles, block, &ray, before, end),
-                ShapeKind::Solid => test(simd, &blocks.solids, block, &ray, before, end),
-            };
-            flight.found = found;
-            if question == Question::Any && found != before {
+            flight.found = test_any_kind(simd, blocks, leaf, &ray, before, end);
+            if question == Question::Any && flight.found != before {
                 return false;
             }
         }
     }
-    let next = match next {
-        Some(next) => next,
-        None => loop {
-            if flight.top == flight.bottom {
-                return false;
-            }
-            flight.top -= 1;
-            let next = stack[flight.top];
-            if entry_of(next) <= flight.found.0 {
-                break next;
-            }
-        },
-    };
-    match Child(next as u32).target() {
-        Ok(index) => prefetch(&tree.nodes, index),
-        Err((ShapeKind::Sphere, block)) => prefetch(&blocks.spheres.blocks, block),
-        Err((ShapeKind::Quad, block)) => prefetch(&blocks.quads.blocks, block),
-        Err((ShapeKind::Solid, block)) => prefetch(&blocks.solids.blocks, block),
-        Err((_, block)) => prefetch(&blocks.triangles.blocks, block),
-    }
+    let next = next.or_else(
+        #[inline(always)]
+        || rest.pop(flight.bottom, flight.found.0),
+    );
+    flight.top = rest.top;
+    let Some(next) = next else { return false };
+    ask_for(tree, blocks, Child(next as u32));
     flight.next = next;
     true
 }

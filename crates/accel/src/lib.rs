@@ -24,12 +24,15 @@
 //! | [`solid`] | that of curved shapes, in `f64` |
 //! | [`brute`] | the definition, scalar |
 //! | [`blocks`] | primitives in lanes |
+//! | [`tree`] | nodes of eight boxes |
 //! | [`build`] | the tree by binned surface area |
+//! | [`visit`] | a node's children that a ray meets, nearest first |
 //! | [`bvh`] | one ray through the tree |
 //! | [`flights`] | several single rays at once |
 //! | [`prefetch`] | memory asked for early |
 //! | [`count`] | what a cast takes, counted |
-//! | [`bundle`] | rays that run together, and the frusta that hold them |
+//! | [`bundle`] | rays that run together |
+//! | [`frusta`] | the frusta that hold them |
 //! | [`tile`] | a bundle through the list and the tree |
 //! | [`refit`] | primitives that moved |
 //! | [`stream`] | streams to bundles and single rays |
@@ -44,6 +47,7 @@ pub mod bundle;
 pub mod bvh;
 pub mod count;
 pub mod flights;
+pub mod frusta;
 pub mod isa;
 pub mod kernels;
 pub mod known;
@@ -55,8 +59,11 @@ pub mod slab;
 pub mod solid;
 pub mod stream;
 pub mod tile;
+pub mod tree;
+pub mod visit;
 
 pub use accel::{Accel, Scratch, Structure};
+pub use build::Quality;
 pub use count::Work;
 pub use isa::{Isa, IsaError};
 pub use rays::{HitCode, Hits, Question, RayCounts, Rays};

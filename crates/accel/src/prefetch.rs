@@ -1,4 +1,7 @@
-//! Asking for memory before it is needed. The one file with `unsafe`.
+//! What the machine is told about memory: rows before they are needed, and large pages. The one file
+//! with `unsafe`. Nothing but time depends on any of it.
+
+use std::mem::MaybeUninit;
 
 /// Asks for a row, all of its cache lines. Nothing but time depends on it.
 #[allow(unsafe_code)]
@@ -17,4 +20,25 @@ pub fn prefetch<T>(rows: &[T], index: usize) {
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (rows, index);
+}
+
+/// Asks for pages of 2 MiB under what is written into `room` for the first time, where the system
+/// has them: rays that find their way through hundreds of megabytes else wait for page tables, too.
+#[allow(unsafe_code)]
+pub fn prefer_large_pages<T>(room: &mut [MaybeUninit<T>]) {
+    #[cfg(target_os = "linux")]
+    {
+        const PAGE: usize = 2 << 20;
+        let size = size_of_val(room);
+        let first = room.as_mut_ptr().cast::<u8>();
+        let skip = first.addr().next_multiple_of(PAGE) - first.addr();
+        let whole = size.saturating_sub(skip) / PAGE * PAGE;
+        if whole > 0 {
+            // SAFETY: the range lies within `room`, which is borrowed mutably; the advice changes
+            // none of its bytes. A system that cannot follow it says so, and that is all.
+            unsafe { libc::madvise(first.add(skip).cast(), whole, libc::MADV_HUGEPAGE) };
+        }
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = room;
 }

@@ -2,9 +2,9 @@
 //! tree's shape stays until it has become a bad one.
 
 use crate::blocks::Blocks;
-use crate::build::Tree;
 use crate::lanes::LANES;
 use crate::rays::HitCode;
+use crate::tree::Tree;
 use reflet_pack::{Geometry, PrimId, SHAPE_KINDS, ShapeKind};
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ pub enum Refit {
     /// Only what moved, and the boxes above it, was written.
     Refitted,
     /// It was built again: primitives were added, removed, of another kind or visible for the first
-    /// time, or the boxes had grown too large.
+    /// time, most of very many had moved, or the boxes had grown too large.
     Rebuilt,
 }
 

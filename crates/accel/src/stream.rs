@@ -2,14 +2,15 @@
 //! one. What is chosen never shows in a hit.
 
 use crate::blocks::Blocks;
-use crate::build::Tree;
 use crate::bundle::{Bundle, NO_CLASS, RAYS};
-use crate::bvh::{self, Key};
+use crate::bvh;
 use crate::count::Counter;
 use crate::flights;
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Question, Rays};
 use crate::tile;
+use crate::tree::Tree;
+use crate::visit::Key;
 use fearless_simd::prelude::*;
 
 /// What rays are cast at.
@@ -69,7 +70,9 @@ pub fn cast<S: Simd, C: Counter>(
         if taken.take(simd, rays, first).is_some() {
             taken.bound(simd, question);
             cast_bundle(simd, (what, limits), question, taken, stack, counter);
-        } else if what.list.is_empty() && taken.is_scattered(limits.apart, limits.spread) {
+        } else if what.list.is_empty()
+            && (taken.is_strewn(limits.strewn) || taken.is_scattered(limits.apart, limits.spread))
+        {
             cast_singly(simd, what, question, taken, stack, counter);
         } else {
             let mut slots = [[0u8; RAYS]; NO_CLASS as usize + 1];
@@ -106,6 +109,8 @@ pub fn cast<S: Simd, C: Counter>(
 struct Limits {
     apart: f32,
     spread: f32,
+    /// From where on rays that start so far apart have nothing in common.
+    strewn: f32,
 }
 
 impl Limits {
@@ -113,8 +118,13 @@ impl Limits {
         let tree = what.tree;
         match what.way {
             Way::Auto => {}
-            Way::Bundles => return Limits { apart: f32::INFINITY, spread: f32::INFINITY },
-            Way::Singly | Way::Flights => return Limits { apart: -1.0, spread: -1.0 },
+            Way::Bundles => {
+                let all = f32::INFINITY;
+                return Limits { apart: all, spread: all, strewn: all };
+            }
+            Way::Singly | Way::Flights => {
+                return Limits { apart: -1.0, spread: -1.0, strewn: -1.0 };
+            }
         }
         // The fewer nodes there are, the less a wide bundle visits in vain.
         let ease = (4096.0 / tree.nodes.len().max(1) as f32).sqrt();
@@ -123,12 +133,19 @@ impl Limits {
             // A ray alone stops at its first hit, a bundle only at the last ray's.
             Question::Any => 0.08,
         };
-        Limits { apart: 0.02 * ease * tree.extent, spread: spread * ease }
+        Limits {
+            apart: 0.02 * ease * tree.extent,
+            spread: spread * ease,
+            strewn: STREWN * tree.extent,
+        }
     }
 }
 
 /// Trees of fewer nodes stay in the cache, more or less, and then rays are quicker one by one.
-const LARGE: usize = 16_384;
+const LARGE: usize = 2048;
+
+/// From this part of the tree's extent on, rays start so far apart that they have nothing in common.
+const STREWN: f32 = 0.05;
 
 /// Casts rays one by one.
 #[inline(always)]
@@ -141,10 +158,9 @@ fn cast_singly<S: Simd, C: Counter>(
     counter: &mut C,
 ) {
     let leaves = (what.tree, what.leaves);
-    let near = 0.05 * what.tree.extent;
     let flies = match what.way {
         Way::Auto | Way::Bundles => {
-            what.tree.nodes.len() > LARGE && bundle.is_scattered(near, f32::INFINITY)
+            what.tree.nodes.len() > LARGE && bundle.is_strewn(STREWN * what.tree.extent)
         }
         Way::Singly => false,
         Way::Flights => true,

@@ -3,14 +3,14 @@
 //! are left, eight rays in lanes, against the primitive.
 
 use crate::blocks::{Block, Blocks, Shelf};
-use crate::build::{Child, Tree};
 use crate::bundle::Bundle;
-use crate::bvh::{Key, entry_of, key};
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, U};
 use crate::prefetch::prefetch;
 use crate::rays::Question;
 use crate::slab::{BoxLanes, enter};
+use crate::tree::{Child, Tree};
+use crate::visit::{Key, entry_of, key};
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
 

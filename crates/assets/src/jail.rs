@@ -9,8 +9,8 @@ use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
 
-/// The largest file that is read, in bytes. The shortest vertex takes eight of them, so the number of
-/// vertices stays far within `u32`.
+/// The largest file that is read, in bytes. The shortest vertex takes three of them, so the number of
+/// vertices stays within `u32`.
 pub const MAX_BYTES: u64 = 4 << 30;
 
 /// The canonical path of `file` below `root`.
@@ -45,7 +45,7 @@ pub fn find(root: &Path, file: &str) -> Result<PathBuf, AssetError> {
     let kind = found.metadata().map_err(|e| unreadable(&shown, &e))?;
     if !kind.is_file() {
         let what = if kind.is_dir() { "this is a folder" } else { "this is no regular file" };
-        return Err(AssetError::forbidden(&shown, format!("{what}; name a mesh file (.obj)")));
+        return Err(AssetError::forbidden(&shown, format!("{what}; name a file in it")));
     }
     Ok(found)
 }
@@ -59,7 +59,7 @@ pub fn bytes(found: &Path, shown: &Path) -> Result<Vec<u8>, AssetError> {
     let mut file = File::open(found).map_err(|e| unreadable(shown, &e))?;
     let meta = file.metadata().map_err(|e| unreadable(shown, &e))?;
     let too_large = || {
-        let message = format!("larger than {} GiB; split the mesh", MAX_BYTES >> 30);
+        let message = format!("larger than {} GiB; split it", MAX_BYTES >> 30);
         AssetError::forbidden(shown, message)
     };
     if meta.len() > MAX_BYTES {
@@ -67,7 +67,7 @@ pub fn bytes(found: &Path, shown: &Path) -> Result<Vec<u8>, AssetError> {
     }
     let mut bytes = Vec::new();
     if bytes.try_reserve_exact(meta.len() as usize + 1).is_err() {
-        let message = format!("no memory for its {} bytes; split the mesh", meta.len());
+        let message = format!("no memory for its {} bytes; split it", meta.len());
         return Err(AssetError::missing(shown, message));
     }
     // A file may grow while it is read.

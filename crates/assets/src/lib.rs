@@ -1,31 +1,49 @@
-//! Files to columns: what a script names by file, found inside the script's folder and nowhere
-//! else, and decoded.
+//! Files to columns: what a script names by file, found inside the script's folder (or others that
+//! were named for it) and nowhere else, and decoded.
 //!
 //! | room | holds |
 //! | --- | --- |
 //! | [`jail`] | a file's bytes, from inside one folder |
-//! | [`obj`] | Wavefront OBJ: `v` and `f` lines to [`MeshData`] |
-//! | [`png`] | PNG to pixels |
-//! | [`error`] | what is wrong with a file: missing, forbidden or broken, with its line |
+//! | [`mesh`] | a mesh file to [`MeshData`], by its ending |
+//! | [`obj`], [`mtl`] | Wavefront OBJ and its materials |
+//! | [`ply`] | PLY |
+//! | [`stl`] | STL |
+//! | [`mod@gltf`] | glTF and GLB |
+//! | [`texture`] | PNG, JPEG, EXR and PPM to [`Texture`] |
+//! | [`png`] | PNG to 8-bit pixels |
+//! | [`error`] | what is wrong with a file: missing, forbidden or broken, with its line or byte |
+//! | `finish` | what all mesh formats end with |
+//! | `words` | text files, word by word |
 //!
 //! ```
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let folder = tempfile::tempdir()?;
 //! # std::fs::write(folder.path().join("tri.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
+//! # std::fs::write(folder.path().join("white.ppm"), b"P6\n1 1\n255\n\xff\xff\xff")?;
 //! let assets = reflet_assets::Assets::new(folder.path().to_path_buf());
 //! let mesh = assets.mesh("tri.obj")?;
 //! assert_eq!(mesh.triangles, [[0, 1, 2]]);
 //! assert!(assets.mesh("../tri.obj").is_err()); // outside the folder
+//! let texture = assets.texture("white.ppm")?;
+//! assert_eq!((texture.width, texture.texels[0]), (1, [1.0; 3]));
 //! # Ok(()) }
 //! ```
 
 pub mod error;
+mod finish;
+pub mod gltf;
 pub mod jail;
+pub mod mesh;
+pub mod mtl;
 pub mod obj;
+pub mod ply;
 pub mod png;
+pub mod stl;
+pub mod texture;
+mod words;
 
-pub use error::{AssetError, Cause};
-use reflet_scene::MeshData;
+pub use error::{AssetError, Cause, Fault};
+use reflet_scene::{MeshData, Texture};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -35,7 +53,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// A new run of a script takes a new `Assets`, so that it sees the files as they are then.
 #[derive(Debug)]
 pub struct Assets {
-    root: PathBuf,
+    /// Where files are looked for, in this order; the first is the script's own.
+    folders: Vec<PathBuf>,
     read: Mutex<Read>,
 }
 
@@ -43,8 +62,17 @@ pub struct Assets {
 struct Read {
     /// By canonical path, so that two names of one file share its columns.
     meshes: HashMap<PathBuf, Arc<MeshData>>,
+    textures: HashMap<PathBuf, Arc<Texture>>,
     notes: Vec<Note>,
     asked: Vec<PathBuf>,
+}
+
+impl Read {
+    fn asks(&mut self, path: PathBuf) {
+        if !self.asked.contains(&path) {
+            self.asked.push(path);
+        }
+    }
 }
 
 /// Something about a file that is no error, for a warning.
@@ -62,56 +90,106 @@ impl std::fmt::Display for Note {
     }
 }
 
+/// A file that was found: in which folder, under which name, and where it is in truth.
+struct Found {
+    folder: PathBuf,
+    shown: PathBuf,
+    place: PathBuf,
+}
+
 impl Assets {
     /// The files below `root`, the script's folder; an empty path is the current folder.
     pub fn new(root: PathBuf) -> Self {
         let root = if root.as_os_str().is_empty() { PathBuf::from(".") } else { root };
-        Self { root, read: Mutex::default() }
+        Self { folders: vec![root], read: Mutex::default() }
     }
 
-    /// The folder that files are found in.
+    /// The same, and the files below `folders`: what is not in one is looked for in the next.
+    pub fn with_folders(mut self, folders: impl IntoIterator<Item = PathBuf>) -> Self {
+        self.folders.extend(folders);
+        self
+    }
+
+    /// The script's folder.
     pub fn root(&self) -> &Path {
-        &self.root
+        &self.folders[0]
     }
 
-    /// The triangles of a mesh file, by a path relative to the folder.
+    /// The triangles of a mesh file, by a path relative to the folder. Its ending tells the format:
+    /// obj, ply, stl, gltf or glb.
     ///
     /// A file that is asked for twice is read once, and its columns are shared.
     ///
     /// # Errors
-    /// The file is missing, outside the folder, no regular file, or broken; see [`Cause`].
+    /// The file, or one that it needs, is missing, outside the folder, no regular file, or broken;
+    /// see [`Cause`].
     pub fn mesh(&self, file: &str) -> Result<Arc<MeshData>, AssetError> {
-        let shown = self.root.join(file);
         let mut read = self.lock();
-        if !read.asked.contains(&shown) {
-            read.asked.push(shown.clone());
-        }
-        let found = jail::find(&self.root, file)?;
-        if let Some(mesh) = read.meshes.get(&found) {
+        let found = self.find(&mut read, file)?;
+        if let Some(mesh) = read.meshes.get(&found.place) {
             return Ok(mesh.clone());
         }
-        let bytes = jail::bytes(&found, &shown)?;
-        let obj = obj::parse(&bytes).map_err(|fault| AssetError::broken(&shown, fault))?;
-        let mut note = |message| read.notes.push(Note { path: shown.clone(), message });
-        if obj.without_area > 0 {
-            note(format!("{} without area skipped", counted(obj.without_area, "triangle")));
-        }
-        if let Some(line) = obj.unknown_line {
-            let statements = counted(obj.unknown, "unknown statement");
-            note(format!("{statements} ignored, the first in line {line}"));
-        }
-        let mesh = Arc::new(obj.data);
-        read.meshes.insert(found, mesh.clone());
+        let bytes = jail::bytes(&found.place, &found.shown)?;
+        let beside = Path::new(file).parent().unwrap_or(Path::new(""));
+        // What a mesh needs stands in the same folder as the mesh, or below it.
+        let mut other = |name: &str| {
+            let relative = beside.join(name);
+            let shown = found.folder.join(&relative);
+            read.asks(shown.clone());
+            let place = match relative.to_str() {
+                Some(relative) => jail::find(&found.folder, relative)?,
+                None => return Err(AssetError::missing(&shown, "the name is not UTF-8")),
+            };
+            jail::bytes(&place, &shown)
+        };
+        let mesh::MeshFile { data, notes } = mesh::decode(&found.shown, &bytes, &mut other)?;
+        let path = &found.shown;
+        read.notes.extend(notes.into_iter().map(|message| Note { path: path.clone(), message }));
+        let mesh = Arc::new(data);
+        read.meshes.insert(found.place, mesh.clone());
         Ok(mesh)
     }
 
-    /// The texels of a picture file.
+    /// The texels of a PNG, JPEG, EXR or PPM file, by a path relative to the folder. The bytes tell
+    /// the format.
+    ///
+    /// A file that is asked for twice is read once, and its texels are shared.
     ///
     /// # Errors
-    /// As [`Assets::mesh`].
-    pub fn texture(&self, file: &str) -> Result<Arc<reflet_scene::Texture>, AssetError> {
-        jail::find(&self.root, file)?;
-        Ok(Arc::default())
+    /// The file is missing, outside the folder, no regular file, or broken; see [`Cause`].
+    pub fn texture(&self, file: &str) -> Result<Arc<Texture>, AssetError> {
+        let mut read = self.lock();
+        let found = self.find(&mut read, file)?;
+        if let Some(texture) = read.textures.get(&found.place) {
+            return Ok(texture.clone());
+        }
+        let bytes = jail::bytes(&found.place, &found.shown)?;
+        let texture = texture::decode(&bytes);
+        let texture = Arc::new(texture.map_err(|fault| AssetError::broken(&found.shown, fault))?);
+        read.textures.insert(found.place, texture.clone());
+        Ok(texture)
+    }
+
+    /// The first folder's file of this name.
+    fn find(&self, read: &mut Read, file: &str) -> Result<Found, AssetError> {
+        let mut missing = None;
+        for folder in &self.folders {
+            let shown = folder.join(file);
+            read.asks(shown.clone());
+            match jail::find(folder, file) {
+                Ok(place) => return Ok(Found { folder: folder.clone(), shown, place }),
+                Err(error) if error.cause() == Cause::Missing => {
+                    // The script's own folder is the one to tell of.
+                    missing.get_or_insert(error);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+        match (missing, self.folders.len()) {
+            (Some(error), 1) => Err(error),
+            (Some(error), n) => Err(error.and(&format!(", nor is it in the {} others", n - 1))),
+            (None, _) => Err(AssetError::missing(Path::new(file), "there is no such file")),
+        }
     }
 
     /// What the files read so far deserve a warning for, in the order of reading.
@@ -128,10 +206,6 @@ impl Assets {
         // Every write to `Read` is a single push or insert: nothing is left half done by a panic.
         self.read.lock().unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-fn counted(n: u64, noun: &str) -> String {
-    if n == 1 { format!("1 {noun}") } else { format!("{n} {noun}s") }
 }
 
 #[cfg(test)]

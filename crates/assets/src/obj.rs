@@ -1,21 +1,27 @@
-//! Wavefront OBJ: `v` and `f` lines to columns.
+//! Wavefront OBJ to columns.
 //!
 //! Source: "Object Files (.obj)", appendix B1 of the Advanced Visualizer manual, Wavefront, 1995.
 //! - `v x y z`; a fourth value (the weight, which polygons do not use) or a colour after it must be
-//!   numbers and is ignored.
-//! - `f` with corners `a`, `a/b`, `a//c` or `a/b/c`, of which only the vertex `a` is used: counted
-//!   from 1, or, when negative, back from the last vertex so far. A polygon becomes a fan from its
-//!   first corner, so it should be convex.
+//!   numbers and is ignored. `vt u v` and `vn x y z` likewise.
+//! - `f` with corners `a`, `a/b`, `a//c` or `a/b/c`: vertex, texture vertex and normal, counted from
+//!   1, or, when negative, back from the last one so far. A polygon becomes a fan from its first
+//!   corner, so it should be convex. Texture vertices and normals serve if every corner has one; a
+//!   vertex is then stored once for each pair of them.
+//! - `usemtl` names the material of what follows, `mtllib` the files that describe it.
 //! - `\` before a line's end continues it, `#` starts a comment.
-//! - The format's other statements (texture coordinates, normals, groups, materials, curves) are
-//!   ignored; words that the format does not know are ignored and counted.
+//! - The format's other statements (groups, curves) are ignored; words that the format does not know
+//!   are ignored and counted.
 
-use reflet_scene::MeshData;
+pub use crate::error::Fault;
+use crate::finish::finish;
+use crate::words::{Words, number, shown};
+use reflet_scene::{MeshData, MeshMaterial};
+use std::collections::HashMap;
 
 /// What an OBJ file holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Obj {
-    /// The vertices and the triangles that have an area.
+    /// The vertices, the triangles that have an area, and the names of their materials.
     pub data: MeshData,
     /// Triangles left out because they have no area.
     pub without_area: u64,
@@ -23,28 +29,19 @@ pub struct Obj {
     pub unknown: u64,
     /// The line of the first of them, counted from 1.
     pub unknown_line: Option<u64>,
-}
-
-/// What is wrong with an OBJ file.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ObjFault {
-    /// The line, counted from 1; `None` if the whole file is at fault.
-    pub line: Option<u64>,
-    /// What is wrong and what to do.
-    pub message: String,
+    /// What `mtllib` lines name, each as the whole rest of its line.
+    pub libraries: Vec<String>,
+    /// Texture vertices, or normals, that were left out because some corners have none.
+    pub partial: Vec<&'static str>,
 }
 
 /// The format's statements that say nothing about where triangles are.
 const IGNORED: &[&[u8]] = &[
-    b"vt",
-    b"vn",
     b"vp",
     b"g",
     b"o",
     b"s",
     b"mg",
-    b"mtllib",
-    b"usemtl",
     b"maplib",
     b"usemap",
     b"l",
@@ -75,147 +72,246 @@ const IGNORED: &[&[u8]] = &[
     b"csh",
 ];
 
+/// A corner of a face: vertex, texture vertex and normal, counted from 0.
+type Corner = [u32; 3];
+
+/// For a corner without texture vertex or normal.
+const NONE: u32 = u32::MAX;
+
+/// What the three numbers of a corner count.
+const KINDS: [&str; 3] = ["vertex", "texture vertex", "normal"];
+
+/// A file half read.
+#[derive(Default)]
+struct Reading {
+    obj: Obj,
+    uvs: Vec<[f32; 2]>,
+    normals: Vec<[f32; 3]>,
+    corners: Vec<[Corner; 3]>,
+    /// The highest of each kind that a face asked for before it was there, and the line of that face.
+    ahead: [Option<(i64, u64)>; 3],
+    /// Indices of materials by name, and of the one in use.
+    names: HashMap<String, u32>,
+    wears: Option<u32>,
+}
+
 /// The triangles in the text of an OBJ file.
 ///
 /// # Errors
 /// Broken or non-finite numbers, faces of fewer than three corners, indices of no vertex, and a
 /// file without any face, each with its line.
-pub fn parse(text: &[u8]) -> Result<Obj, ObjFault> {
-    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
-    let mut words = Words { text, at: 0, line: 1 };
-    let mut obj = Obj::default();
-    // The highest vertex that a face asked for before it was there, and the line of that face.
-    let mut ahead: Option<(i64, u64)> = None;
-    while words.at < text.len() {
-        match words.next() {
-            None => {}
-            Some(b"v") => obj.data.positions.push(vertex(&mut words)?),
-            Some(b"f") => face(&mut words, &mut obj.data, &mut ahead)?,
-            Some(word) if IGNORED.contains(&word) => {}
-            Some(_) => {
-                obj.unknown += 1;
-                obj.unknown_line.get_or_insert(words.line);
-            }
-        }
+pub fn parse(text: &[u8]) -> Result<Obj, Fault> {
+    let mut words = Words::of(text);
+    let mut reading = Reading::default();
+    while !words.is_empty() {
+        reading.statement(&mut words)?;
         words.next_line();
     }
-    let count = obj.data.positions.len();
-    if let Some((index, line)) = ahead.filter(|(index, _)| *index as u64 > count as u64) {
-        return Err(at(line, no_such_vertex(index, count)));
-    }
-    if obj.data.triangles.is_empty() {
-        let message = "holds no face (`f` line); is it a Wavefront OBJ file?".into();
-        return Err(ObjFault { line: None, message });
-    }
-    let MeshData { positions, triangles } = &mut obj.data;
-    let before = triangles.len();
-    triangles.retain(|t| has_area(t.map(|i| positions[i as usize])));
-    obj.without_area = (before - triangles.len()) as u64;
-    positions.shrink_to_fit();
-    triangles.shrink_to_fit();
-    Ok(obj)
+    reading.end()
 }
 
-/// Whether the corners span an area: differences and products of `f32` values, taken in `f64`, are
-/// exact unless the coordinates' magnitudes lie more than 2^28 apart.
-fn has_area([a, b, c]: [[f32; 3]; 3]) -> bool {
-    let edge = |p: [f32; 3]| [0, 1, 2].map(|i| f64::from(p[i]) - f64::from(a[i]));
-    let (u, v) = (edge(b), edge(c));
-    (0..3).any(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        u[j] * v[k] != u[k] * v[j]
-    })
+impl Reading {
+    fn statement(&mut self, words: &mut Words<'_>) -> Result<(), Fault> {
+        match words.next() {
+            None => {}
+            Some(b"v") => self.obj.data.positions.push(vertex(words)?),
+            Some(b"vt") => {
+                let u = words.number("vt", "a texture vertex")?;
+                let mut uv = [u, 0.0];
+                // The second number may be left out, a third one is ignored.
+                let mut at = 1;
+                while let Some(word) = words.next() {
+                    let value = number(word, words.line, "vt")?;
+                    if at == 1 {
+                        uv[1] = value;
+                    }
+                    at += 1;
+                }
+                self.uvs.push(uv);
+            }
+            Some(b"vn") => {
+                let mut normal = [0.0; 3];
+                for value in &mut normal {
+                    *value = words.number("vn", "a normal")?;
+                }
+                self.normals.push(normal);
+            }
+            Some(b"f") => self.face(words)?,
+            Some(b"usemtl") => self.wear(words.rest()),
+            Some(b"mtllib") => {
+                let name = words.rest();
+                if !name.is_empty() && !self.obj.libraries.contains(&name) {
+                    self.obj.libraries.push(name);
+                }
+            }
+            Some(word) if IGNORED.contains(&word) => {}
+            Some(_) => {
+                self.obj.unknown += 1;
+                self.obj.unknown_line.get_or_insert(words.line);
+            }
+        }
+        Ok(())
+    }
+
+    /// What faces wear from now on.
+    fn wear(&mut self, name: String) {
+        let data = &mut self.obj.data;
+        if self.wears.is_none() && !self.corners.is_empty() {
+            // Those before wear none.
+            self.names.insert(String::new(), 0);
+            data.materials.push(MeshMaterial::grey(""));
+            data.triangle_materials.resize(self.corners.len(), 0);
+        }
+        let next = data.materials.len() as u32;
+        self.wears = Some(*self.names.entry(name.clone()).or_insert(next));
+        if self.wears == Some(next) {
+            data.materials.push(MeshMaterial::grey(name));
+        }
+    }
+
+    fn face(&mut self, words: &mut Words<'_>) -> Result<(), Fault> {
+        let counts = [self.obj.data.positions.len(), self.uvs.len(), self.normals.len()];
+        let (mut first, mut last, mut corners) = ([0; 3], [0; 3], 0u64);
+        while let Some(word) = words.next() {
+            let told = corner_of(word, words.line)?;
+            let mut corner = [NONE; 3];
+            for kind in 0..3 {
+                let Some(index) = told[kind] else { continue };
+                let count = counts[kind];
+                let none = || Fault::line(words.line, no_such(kind, index, count));
+                let from_1 = if index > 0 { index } else { count as i64 + 1 + index };
+                corner[kind] = match u32::try_from(from_1 - 1) {
+                    Ok(found) if found != NONE => found,
+                    _ => return Err(none()),
+                };
+                let most = &mut self.ahead[kind];
+                if from_1 > count as i64 && most.is_none_or(|(most, _)| from_1 > most) {
+                    *most = Some((from_1, words.line));
+                }
+            }
+            match corners {
+                0 => first = corner,
+                1 => {}
+                _ => {
+                    self.corners.push([first, last, corner]);
+                    self.obj.data.triangle_materials.extend(self.wears);
+                }
+            }
+            last = corner;
+            corners += 1;
+        }
+        if corners < 3 {
+            let message =
+                format!("a face needs three corners, this one has {corners}; mend the `f` line");
+            return Err(Fault::line(words.line, message));
+        }
+        Ok(())
+    }
+
+    fn end(mut self) -> Result<Obj, Fault> {
+        let counts = [self.obj.data.positions.len(), self.uvs.len(), self.normals.len()];
+        for (kind, (count, ahead)) in counts.into_iter().zip(self.ahead).enumerate() {
+            if let Some((index, line)) = ahead.filter(|(index, _)| *index > count as i64) {
+                return Err(Fault::line(line, no_such(kind, index, count)));
+            }
+        }
+        if self.corners.is_empty() {
+            let message = "holds no face (`f` line); is it a Wavefront OBJ file?";
+            return Err(Fault::file(message));
+        }
+        let has = |kind: usize| {
+            let some = self.corners.iter().flatten().any(|corner| corner[kind] != NONE);
+            let all = some && self.corners.iter().flatten().all(|corner| corner[kind] != NONE);
+            (some, all)
+        };
+        let (uvs, normals) = (has(1), has(2));
+        for ((some, all), noun) in [(uvs, "texture vertices"), (normals, "normals")] {
+            if some && !all {
+                self.obj.partial.push(noun);
+            }
+        }
+        match (uvs.1, normals.1) {
+            (false, false) => {
+                let corners = self.corners.iter();
+                self.obj.data.triangles =
+                    corners.map(|corners| corners.map(|[vertex, ..]| vertex)).collect();
+            }
+            (uvs, normals) => self.split(uvs, normals),
+        }
+        self.corners = Vec::new();
+        self.obj.without_area = finish(&mut self.obj.data);
+        Ok(self.obj)
+    }
+
+    /// One vertex for each group of vertex, texture vertex and normal that a corner has.
+    fn split(&mut self, uvs: bool, normals: bool) {
+        let data = &mut self.obj.data;
+        let positions = std::mem::take(&mut data.positions);
+        // The group that a vertex was last in is mostly the one that it is in again.
+        let mut last = vec![(NONE, NONE, NONE); positions.len()];
+        let mut groups: HashMap<Corner, u32> = HashMap::new();
+        for corners in &self.corners {
+            data.triangles.push(corners.map(|[vertex, uv, normal]| {
+                let uv = if uvs { uv } else { NONE };
+                let normal = if normals { normal } else { NONE };
+                let recent = &mut last[vertex as usize];
+                if (recent.0, recent.1) == (uv, normal) && recent.2 != NONE {
+                    return recent.2;
+                }
+                let index = *groups.entry([vertex, uv, normal]).or_insert_with(|| {
+                    data.positions.push(positions[vertex as usize]);
+                    data.uvs.extend(uvs.then(|| self.uvs[uv as usize]));
+                    data.normals.extend(normals.then(|| self.normals[normal as usize]));
+                    data.positions.len() as u32 - 1
+                });
+                *recent = (uv, normal, index);
+                index
+            }));
+        }
+    }
 }
 
-fn vertex(words: &mut Words<'_>) -> Result<[f32; 3], ObjFault> {
+fn vertex(words: &mut Words<'_>) -> Result<[f32; 3], Fault> {
     let mut position = [0.0; 3];
     for (i, slot) in position.iter_mut().enumerate() {
         let Some(word) = words.next() else {
             let message =
                 format!("a vertex needs three coordinates, this one has {i}; mend the `v` line");
-            return Err(at(words.line, message));
+            return Err(Fault::line(words.line, message));
         };
-        *slot = number(word, words.line)?;
+        *slot = number(word, words.line, "v")?;
     }
     while let Some(word) = words.next() {
-        number(word, words.line)?;
+        number(word, words.line, "v")?;
     }
     Ok(position)
 }
 
-fn number(word: &[u8], line: u64) -> Result<f32, ObjFault> {
-    let parsed = std::str::from_utf8(word).ok().and_then(|w| w.parse::<f32>().ok());
-    match parsed {
-        Some(x) if x.is_finite() => Ok(x),
-        Some(_) => {
-            let message = format!(
-                "{} is not finite, or beyond the range of f32; scale the mesh",
-                shown(word)
-            );
-            Err(at(line, message))
-        }
-        None => Err(at(line, format!("{} is not a number; mend the `v` line", shown(word)))),
-    }
-}
-
-fn face(
-    words: &mut Words<'_>,
-    data: &mut MeshData,
-    ahead: &mut Option<(i64, u64)>,
-) -> Result<(), ObjFault> {
-    let count = data.positions.len();
-    let (mut first, mut last, mut corners) = (0, 0, 0u64);
-    while let Some(word) = words.next() {
-        let index = vertex_of(word, words.line)?;
-        let index = if index > 0 { index } else { count as i64 + 1 + index };
-        let vertex = match u32::try_from(index - 1) {
-            Ok(vertex) if index > 0 => vertex,
-            _ if index <= 0 => {
-                let back = index - 1 - count as i64;
-                return Err(at(words.line, no_such_vertex(back, count)));
-            }
-            _ => return Err(at(words.line, no_such_vertex(index, count))),
-        };
-        if vertex as usize >= count && ahead.is_none_or(|(most, _)| index > most) {
-            *ahead = Some((index, words.line));
-        }
-        match corners {
-            0 => first = vertex,
-            1 => {}
-            _ => data.triangles.push([first, last, vertex]),
-        }
-        last = vertex;
-        corners += 1;
-    }
-    if corners < 3 {
-        let message =
-            format!("a face needs three corners, this one has {corners}; mend the `f` line");
-        return Err(at(words.line, message));
-    }
-    Ok(())
-}
-
-/// The vertex number of a corner `a`, `a/b`, `a//c` or `a/b/c`: not 0, perhaps negative.
-fn vertex_of(word: &[u8], line: u64) -> Result<i64, ObjFault> {
+/// The numbers of a corner `a`, `a/b`, `a//c` or `a/b/c`: not 0, perhaps negative.
+fn corner_of(word: &[u8], line: u64) -> Result<[Option<i64>; 3], Fault> {
     let mut parts = word.split(|b| *b == b'/');
     let vertex = parts.next().and_then(integer);
+    let second = parts.next();
+    let third = parts.next();
+    let (texture, normal) = (second.and_then(integer), third.and_then(integer));
     // A corner may leave out its texture vertex (`a//c`), and nothing else.
-    let texture = parts.next().map(|p| p.is_empty() || integer(p).is_some());
-    let normal = parts.next().map(|p| integer(p).is_some());
-    let whole = match (texture, normal) {
+    let whole = match (second, third) {
         (None, _) => true,
-        (Some(t), Some(n)) => t && n,
-        (Some(t), None) => t && !word.ends_with(b"/"),
+        (Some(_), None) => texture.is_some(),
+        (Some(second), Some(_)) => (second.is_empty() || texture.is_some()) && normal.is_some(),
     };
-    match vertex {
-        Some(0) => Err(at(line, "vertex 0 is asked for; vertices are counted from 1".into())),
-        Some(index) if whole && parts.next().is_none() => Ok(index),
-        _ => {
-            let message =
-                format!("{} is no corner of a face; write a, a/b, a//c or a/b/c", shown(word));
-            Err(at(line, message))
-        }
+    let all = [vertex, texture, normal];
+    if vertex.is_none() || !whole || parts.next().is_some() {
+        let message =
+            format!("{} is no corner of a face; write a, a/b, a//c or a/b/c", shown(word));
+        return Err(Fault::line(line, message));
     }
+    if let Some(kind) = all.iter().position(|number| *number == Some(0)) {
+        let noun = KINDS[kind];
+        let message = format!("{noun} 0 is asked for; they are counted from 1");
+        return Err(Fault::line(line, message));
+    }
+    Ok(all)
 }
 
 /// A decimal integer, held within ±2^40: beyond that there is no vertex anyway.
@@ -238,81 +334,8 @@ fn integer(word: &[u8]) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-fn no_such_vertex(index: i64, count: usize) -> String {
-    format!("vertex {index} is asked for, there are {count}; mend the `f` line")
-}
-
-fn at(line: u64, message: String) -> ObjFault {
-    ObjFault { line: Some(line), message }
-}
-
-/// A word of the file for a message: short and printable.
-fn shown(word: &[u8]) -> String {
-    let text = String::from_utf8_lossy(&word[..word.len().min(40)]);
-    let text: String = text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
-    format!("`{text}`")
-}
-
-/// The words of a text, line by line.
-struct Words<'a> {
-    text: &'a [u8],
-    at: usize,
-    /// The line that `at` stands in, counted from 1.
-    line: u64,
-}
-
-impl<'a> Words<'a> {
-    /// The next word of this line.
-    fn next(&mut self) -> Option<&'a [u8]> {
-        loop {
-            match self.text.get(self.at)? {
-                b' ' | b'\t' => self.at += 1,
-                b'\\' if self.line_end(self.at + 1) > 0 => {
-                    self.at += 1 + self.line_end(self.at + 1);
-                    self.line += 1;
-                }
-                b'\n' | b'\r' => return None,
-                b'#' => {
-                    self.skip_comment();
-                    return None;
-                }
-                _ => break,
-            }
-        }
-        let start = self.at;
-        while let Some(byte) = self.text.get(self.at) {
-            match byte {
-                b' ' | b'\t' | b'\n' | b'\r' => break,
-                b'\\' if self.line_end(self.at + 1) > 0 => break,
-                _ => self.at += 1,
-            }
-        }
-        Some(&self.text[start..self.at])
-    }
-
-    /// Goes to the start of the next line.
-    fn next_line(&mut self) {
-        while self.next().is_some() {
-            // Word by word, so that a continued line is skipped whole.
-        }
-        let end = self.line_end(self.at);
-        self.at += end;
-        self.line += u64::from(end > 0);
-    }
-
-    fn skip_comment(&mut self) {
-        let rest = &self.text[self.at..];
-        self.at += rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(rest.len());
-    }
-
-    /// How many bytes the line's end at `at` has: 0 if there is none.
-    fn line_end(&self, at: usize) -> usize {
-        match self.text.get(at..) {
-            Some([b'\r', b'\n', ..]) => 2,
-            Some([b'\n' | b'\r', ..]) => 1,
-            _ => 0,
-        }
-    }
+fn no_such(kind: usize, index: i64, count: usize) -> String {
+    format!("{} {index} is asked for, there are {count}; mend the `f` line", KINDS[kind])
 }
 
 #[cfg(test)]
@@ -332,10 +355,11 @@ mod tests {
 
     #[test]
     fn corners_in_every_form() {
+        let more = "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n";
         for face in
-            ["f 1 2 3", "f 1/7 2/8 3/9", "f 1//4 2//5 3//6", "f 1/1/1 2/2/2 3/3/3", "f -4 -3 -2"]
+            ["f 1 2 3", "f 1/3 2/2 3/1", "f 1//1 2//1 3//1", "f 1/1/1 2/2/1 3/3/-1", "f -4 -3 -2"]
         {
-            assert_eq!(triangles(face), [[0, 1, 2]], "{face}");
+            assert_eq!(triangles(&format!("{more}{face}")), [[0, 1, 2]], "{face}");
         }
         assert_eq!(triangles("f  1\t2  3 # a comment\r\n"), [[0, 1, 2]]);
         assert_eq!(triangles("f 1 \\\n2\\\r\n 3 4"), [[0, 1, 2], [0, 2, 3]]);
@@ -391,7 +415,7 @@ mod tests {
     #[test]
     fn other_statements_are_ignored_and_unknown_ones_counted() {
         let text = format!(
-            "mtllib a b\n{FOUR}vt 0 0\nvn x\ng \\\nf 9 9 9\no b\ns off\nhello\nusemtl m\nf 1 2 3\nworld\n"
+            "mtllib a b\n{FOUR}vt 0 0\nvn 0 0 1\ng \\\nf 9 9 9\no b\ns off\nhello\nusemtl m\nf 1 2 3\nworld\n"
         );
         let obj = parse(text.as_bytes()).unwrap();
         assert_eq!((obj.unknown, obj.unknown_line), (2, Some(12)));
@@ -422,7 +446,7 @@ mod tests {
             ),
             ("v 0 0 0\nf 1 1 2\n", 2, "vertex 2 is asked for, there are 1; mend the `f` line"),
             ("v 0 0 0\nf -2 1 1\n", 2, "vertex -2 is asked for, there are 1; mend the `f` line"),
-            ("v 0 0 0\nf 0 1 1\n", 2, "vertex 0 is asked for; vertices are counted from 1"),
+            ("v 0 0 0\nf 0 1 1\n", 2, "vertex 0 is asked for; they are counted from 1"),
             (
                 "v 0 0 0\nf 1 9999999999 1\n",
                 2,
@@ -458,33 +482,5 @@ mod tests {
         for text in ["", "v 0 0 0\n", "\u{0}\u{1}PNG\n\n", "\\"] {
             assert_eq!(fault(text), none, "{text:?}");
         }
-    }
-
-    /// Run with `cargo test --release -p reflet-assets -- --ignored --nocapture`: it measures.
-    #[test]
-    #[ignore = "measures, does not judge"]
-    fn a_million_triangles() {
-        use std::io::Write;
-        let n = 708u32; // vertices along an edge: 2 * 707 * 707 triangles
-        let mut text = Vec::new();
-        for i in 0..n * n {
-            let (x, y) = (f64::from(i % n) * 0.1234567, f64::from(i / n) * 0.1234567);
-            writeln!(text, "v {x:.6} {y:.6} {:.6}", (x * y).sin()).unwrap();
-        }
-        for i in 0..n * n {
-            if i % n != n - 1 && i / n != n - 1 {
-                let (a, b) = (i + 1, i + n + 1);
-                writeln!(text, "f {a} {} {b}\nf {b} {} {}", a + 1, a + 1, b + 1).unwrap();
-            }
-        }
-        let start = std::time::Instant::now();
-        let obj = parse(&text).unwrap();
-        println!(
-            "{} triangles, {} MB: {:?}",
-            obj.data.triangles.len(),
-            text.len() / 1_000_000,
-            start.elapsed()
-        );
-        assert_eq!(obj.data.triangles.len(), 2 * 707 * 707);
     }
 }

@@ -122,7 +122,7 @@ fn touched_by(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use reflet_scene::{DVec3, MeshData, Plane, Quad, Scene, Sphere, Surface};
+    use reflet_scene::{DVec3, MeshData, Plane, Quad, Scene, Shading, Sphere, Surface};
 
     fn found(build: impl FnOnce(&mut Scene)) -> Vec<String> {
         let mut scene = Scene::new();
@@ -171,8 +171,15 @@ mod tests {
         let data = Arc::new(MeshData {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2], [0, 1, 3], [2, 0, 1]],
+            ..MeshData::default()
         });
-        let mesh = Mesh { data, scale: 1.0, rotate: DVec3::ZERO, translate: DVec3::ZERO };
+        let mesh = Mesh {
+            data,
+            scale: 1.0,
+            rotate: DVec3::ZERO,
+            translate: DVec3::ZERO,
+            shading: Shading::Smooth,
+        };
         let texts = found(|scene| {
             scene.spawn((mesh.clone(), surface()));
             scene.spawn((mesh.clone(), surface()));

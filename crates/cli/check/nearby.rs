@@ -140,7 +140,7 @@ fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use reflet_scene::{Falloff, Mesh, MeshData, Plane, Quad, Sphere, Surface, Triangle};
+    use reflet_scene::{Falloff, Mesh, MeshData, Plane, Quad, Shading, Sphere, Surface, Triangle};
     use std::sync::Arc;
 
     fn surface() -> Surface {
@@ -210,8 +210,15 @@ mod tests {
         let data = Arc::new(MeshData {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+            ..MeshData::default()
         });
-        let mesh = Mesh { data, scale: 10.0, rotate: DVec3::ZERO, translate: DVec3::ZERO };
+        let mesh = Mesh {
+            data,
+            scale: 10.0,
+            rotate: DVec3::ZERO,
+            translate: DVec3::ZERO,
+            shading: Shading::Smooth,
+        };
         let texts = |eye| found(eye, &[], |scene| _ = scene.spawn((mesh.clone(), surface())));
         assert_eq!(texts(DVec3::ONE), ["the camera at [1, 1, 1] is inside #0"]);
         assert_eq!(texts(DVec3::splat(4.0)).len(), 0);

@@ -156,12 +156,13 @@ mod tests {
 
     #[test]
     fn a_mesh_is_scaled_then_turned_about_x_y_z_then_moved() {
-        let data = MeshData { positions: vec![[0.0, 1.0, 0.0]], triangles: vec![] };
+        let data = MeshData { positions: vec![[0.0, 1.0, 0.0]], ..MeshData::default() };
         let mesh = Mesh {
             data: Arc::new(data),
             scale: 2.0,
             // y -> z about x, z -> x about y, x -> y about z.
             rotate: DVec3::splat(90.0),
+            shading: reflet_scene::Shading::Smooth,
             translate: DVec3::new(10.0, 0.0, 0.0),
         };
         let at = placed(&mesh)[0];

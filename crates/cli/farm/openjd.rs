@@ -75,6 +75,12 @@ pub fn template(job: &FarmJob) -> Result<String, Failure> {
             (space, Some(("Merge", words)))
         }
     };
+    // Tasks run in a folder of their own, so these are paths that the engine maps.
+    for (index, assets) in job.assets.iter().enumerate() {
+        let name = format!("Assets{}", index + 1);
+        parameters.push(folder(&name, &text(assets), "IN"));
+        render.extend(["--assets".into(), format!("{{{{Param.{name}}}}}")]);
+    }
     render.extend(job.more.iter().cloned());
     render.extend(["--resume".into(), "--openjd".into()]);
     let mut steps = vec![json!({

@@ -8,6 +8,8 @@
 //! | [`mod@scene`] | one frame of a scene |
 //! | [`passes`] | the two passes of a frame |
 //! | [`counted`] | what rays take, counted |
+//! | [`encode`] | a picture to a file in memory |
+//! | [`counters`] | what the processor counts |
 //! | [`reuse`] | what the frame before saves |
 //! | [`dump`] | a scene's primitives and rays as files |
 //! | [`heatmap`] | what each pixel costs, as a picture |
@@ -17,7 +19,9 @@
 
 pub mod cast;
 pub mod counted;
+pub mod counters;
 pub mod dump;
+pub mod encode;
 pub mod figures;
 pub mod heatmap;
 pub mod inputs;
@@ -34,7 +38,7 @@ use crate::meant::{Script, Tell};
 use cast::Question;
 use figures::{Comparison, Figure};
 use inputs::Primitives;
-use reflet_accel::{Accel, Isa, Rays, Structure};
+use reflet_accel::{Accel, Isa, Quality, Rays, Structure};
 use reflet_film::SafeFile;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -78,6 +82,8 @@ pub struct Profile {
     pub threads: Vec<usize>,
     /// How often.
     pub repeat: usize,
+    /// How good a tree is built.
+    pub quality: Quality,
     /// Where figures are kept.
     pub save: Option<PathBuf>,
     /// Figures of an earlier run.
@@ -137,7 +143,7 @@ fn scene(
     outputs: &Outputs,
     book: &mut Book,
 ) -> Result<(), Failure> {
-    let frame = scene::load(script, frame)?;
+    let frame = scene::load(script, frame, profile.quality)?;
     if let (Some(isa), Some(threads)) = (profile.isas.first(), profile.threads.first()) {
         let name = script.path.file_stem().unwrap_or_default().to_string_lossy();
         let text = frame.write(outputs, &name, *isa, *threads)?;
@@ -182,7 +188,10 @@ fn files(
         let level = isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
         let pool = cast::pool(threads)?;
         let start = Instant::now();
-        let accel = pool.install(|| Accel::build(&geometry, level, Structure::Auto));
+        let accel = {
+            let build = || Accel::build_as(&geometry, level, Structure::Auto, profile.quality);
+            pool.install(build)
+        };
         let build = start.elapsed();
         let done = cast::cast(&accel, &pool, &streams, question, profile.repeat);
         let count: usize = streams.iter().map(Rays::len).sum();
@@ -200,6 +209,7 @@ fn files(
             primitives: geometry.len(),
             bytes_per_primitive: accel.bytes() as f64 / geometry.len().max(1) as f64,
             sah_cost: accel.sah_cost(),
+            hardware_per_ray: counters::count(&accel, &streams, question).json(count),
             ..report::Line::of(count, &done)
         };
         let figure =

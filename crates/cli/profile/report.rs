@@ -12,6 +12,7 @@ use std::time::Duration;
 /// Rays from a file, at one level on some threads.
 #[derive(Default, Serialize)]
 pub struct Line {
+    pub hardware_per_ray: Value,
     pub mrays_per_s_per_core: f64,
     pub mrays_per_s_per_core_min: f64,
     pub mrays_per_s_per_core_max: f64,
@@ -126,6 +127,14 @@ pub fn scene_table(frame: &Frame, m: &Measured) -> String {
         rest * 1e6 / rays.max(1) as f64
     );
     let _ = writeln!(text, "  shade          {shade:>10.3} ms {:>5.1} %", share(shade));
+    let encoded = m.encoded;
+    let _ = writeln!(
+        text,
+        "encode           {:>10.3} ms on the wall   a PNG of {} bytes",
+        ms(encoded.wall),
+        encoded.bytes
+    );
+    text += &shares(frame, m);
     text += &counts(m);
     if let Some(saved) = &m.saved {
         let (fresh, kept) = (saved.fresh, saved.kept);
@@ -144,6 +153,30 @@ pub fn scene_table(frame: &Frame, m: &Measured) -> String {
     text
 }
 
+/// Which part of the frame each stage has, on the wall.
+fn shares(frame: &Frame, m: &Measured) -> String {
+    let own = frame.stages.iter().filter(|(name, _)| *name != "frame before");
+    let mut stages: Vec<(&str, f64)> = own.map(|(name, time)| (*name, ms(*time))).collect();
+    stages.push(("build", ms(m.build)));
+    let wall = median_ms(&m.wall);
+    let [trace, shade] = [&m.trace, &m.shade].map(|times| median_ms(times));
+    stages.push(("trace", wall * trace / (trace + shade).max(1e-6)));
+    stages.push(("shade", wall * shade / (trace + shade).max(1e-6)));
+    stages.push(("encode", ms(m.encoded.wall)));
+    let sum: f64 = stages.iter().map(|s| s.1).sum();
+    let mut text = String::from("of all           ");
+    for (i, (name, time)) in stages.iter().enumerate() {
+        let comma = if i == 0 { "" } else { ", " };
+        let _ = write!(
+            text,
+            "{comma}{} {:.1} %",
+            name.replace(", ", " "),
+            100.0 * time / sum.max(1e-6)
+        );
+    }
+    text + "\n"
+}
+
 /// What was counted, for people.
 fn counts(m: &Measured) -> String {
     let mut text =
@@ -157,6 +190,9 @@ fn counts(m: &Measured) -> String {
             kind.per_ray(kind.work.tests),
             100.0 * kind.work.occupancy()
         );
+    }
+    for kind in m.kinds.iter().filter(|kind| kind.rays > 0) {
+        let _ = writeln!(text, "hardware, {:<10} {}", kind.name, kind.hardware.text(kind.rays));
     }
     text += "over tiles                 p50          p95          max\n";
     for (name, spread) in
@@ -211,6 +247,9 @@ pub fn scene_object(frame: &Frame, m: &Measured) -> Value {
             "steps": spread(m.tile_steps),
             "cpu_us": spread(m.tile_us),
         },
+        "encode_ms": ms(m.encoded.wall),
+        "encode_bytes": m.encoded.bytes,
+        "hardware_per_ray": by_kind(&|k| k.hardware.json(k.rays)),
         "reuse": reuse,
     })
 }

@@ -9,13 +9,14 @@ use crate::frames::FrameRanges;
 use crate::meant::Script;
 use crate::profile::cast::{self, Question};
 use crate::profile::counted::{self, Spread};
+use crate::profile::counters::{self, Counted as Hardware};
 use crate::profile::figures::Figure;
 use crate::profile::passes::{Pass, Passes, Worker};
 use crate::profile::timeline::Timeline;
-use crate::profile::{Outputs, dump, heatmap, reuse};
+use crate::profile::{Outputs, dump, encode, heatmap, reuse};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
-use reflet_accel::{Accel, Isa, Rays, Structure, Work};
+use reflet_accel::{Accel, Isa, Quality, Rays, Structure, Work};
 use reflet_pack::{Changes, Columns, Overrides, Packer};
 use reflet_trace::BatchColours;
 use std::time::{Duration, Instant};
@@ -28,6 +29,7 @@ pub struct Frame {
     pub before: Option<(Columns, Changes)>,
     /// The stages before the tree: their names and times.
     pub stages: Vec<(&'static str, Duration)>,
+    quality: Quality,
 }
 
 /// What is measured at one level on some threads; times are of each repetition.
@@ -58,6 +60,8 @@ pub struct Measured {
     pub tile_steps: Spread,
     /// Microseconds of CPU time, both passes.
     pub tile_us: Spread,
+    /// The picture to a PNG.
+    pub encoded: encode::Encoded,
     /// What re-use saves, if there is a frame before.
     pub saved: Option<reuse::Saved>,
 }
@@ -78,13 +82,15 @@ pub struct Kind {
     pub reference: Vec<Duration>,
     /// Node visits and primitive tests.
     pub work: Work,
+    /// What the processor counted, where it tells.
+    pub hardware: Hardware,
 }
 
 /// Runs a script as far as a frame.
 ///
 /// # Errors
 /// The script's, or there is no such frame.
-pub fn load(script: &Script, frame: u32) -> Result<Frame, Failure> {
+pub fn load(script: &Script, frame: u32, quality: Quality) -> Result<Frame, Failure> {
     let mut timer = Instant::now();
     let mut stages = Vec::new();
     let mut lap =
@@ -108,8 +114,13 @@ pub fn load(script: &Script, frame: u32) -> Result<Frame, Failure> {
     lap("script, frame");
     let changes = stage.with_scene(|scene| packer.update(scene));
     lap("pack, frame");
+    if let Some(before) = &earlier {
+        // The whole comparison; packing only looks at what the frame wrote.
+        std::hint::black_box(Changes::between(before, packer.columns()));
+        lap("diff, whole");
+    }
     let before = earlier.map(|columns| (columns, changes));
-    Ok(Frame { columns: packer.columns().clone(), before, stages })
+    Ok(Frame { columns: packer.columns().clone(), before, stages, quality })
 }
 
 impl Frame {
@@ -120,7 +131,7 @@ impl Frame {
 
     fn accel(&self, isa: Isa) -> Result<Accel, Failure> {
         let level = isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
-        Ok(Accel::build(&self.columns.geometry, level, Structure::Auto))
+        Ok(Accel::build_as(&self.columns.geometry, level, Structure::Auto, self.quality))
     }
 
     /// Makes the frame's colours `repeat` times, and casts its rays by kind as often.
@@ -170,7 +181,8 @@ impl Frame {
             let rays = streams.iter().map(Rays::len).sum();
             let (hits, work) = (cast.hits(streams), counts.work[k]);
             let cast::Cast { cpu, wall, reference, .. } = cast;
-            Kind { name, rays, hits, cpu, wall, reference, work }
+            let hardware = counters::count(&accel, streams, question);
+            Kind { name, rays, hits, cpu, wall, reference, work, hardware }
         };
         Ok(Measured {
             isa: isa.resolved().name(),
@@ -190,6 +202,7 @@ impl Frame {
             tile_rays: Spread::of_counts(&counts.tile_rays),
             tile_steps: Spread::of_counts(&counts.tile_steps),
             tile_us: Spread::of_times(&tile_times),
+            encoded: encode::measure(self, isa, threads, repeat)?,
             saved: reuse::measure(self, isa, threads, repeat)?,
         })
     }

@@ -1,16 +1,20 @@
 //! Films that ffmpeg encodes: it reads YUV4MPEG2 from a pipe and writes the file that then gets its
 //! name, with options under which the same frames give the same bytes.
 
+use crate::film::closing;
 use crate::format::Format;
 use crate::safe::SafeFile;
+use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::thread::JoinHandle;
 
 /// An ffmpeg at work on a file. Dropping it ends it, and no file stays.
 #[derive(Debug)]
 pub struct Ffmpeg {
+    /// As the caller wrote it, for messages.
+    path: PathBuf,
     child: Child,
     pipe: Option<ChildStdin>,
     told: Option<JoinHandle<String>>,
@@ -41,7 +45,18 @@ impl Ffmpeg {
         };
         let container = if format == Format::Mkv { "matroska" } else { "mp4" };
         let mut command = Command::new("ffmpeg");
-        command.args(["-v", "error", "-y", "-f", "yuv4mpegpipe", "-i", "-", "-vf", FILTER]);
+        command.args([
+            "-v",
+            "error",
+            "-xerror",
+            "-y",
+            "-f",
+            "yuv4mpegpipe",
+            "-i",
+            "-",
+            "-vf",
+            FILTER,
+        ]);
         command.args(OPTIONS.split_whitespace());
         if format == Format::Mp4 {
             command.args(["-movflags", "+faststart"]);
@@ -70,35 +85,43 @@ impl Ffmpeg {
                 text
             })
         });
-        Ok(Self { child, pipe, told, file: Some(file) })
+        Ok(Self { path: path.to_owned(), child, pipe, told, file: Some(file) })
     }
 
-    /// Waits until ffmpeg is done, gives the file its name, and tells its length in bytes.
+    /// Waits until ffmpeg is done, adds `texts` that say what the film was made from, gives the file
+    /// its name, and tells its length in bytes.
     ///
     /// # Errors
     /// What ffmpeg says; what the system says.
-    pub fn commit(mut self) -> io::Result<u64> {
+    pub fn commit(mut self, format: Format, texts: &[(&str, &str)]) -> io::Result<u64> {
         drop(self.pipe.take());
         let status = self.child.wait()?;
-        if !status.success() {
-            return Err(self.failure());
+        // On a full disk it may say so and yet end as if all were well.
+        let told = self.told();
+        if !status.success() || !told.trim().is_empty() {
+            return Err(self.failure(&told));
         }
-        match self.file.take() {
-            Some(file) => {
-                let length = file.temporary().map(std::fs::metadata).transpose()?;
-                file.commit()?;
-                Ok(length.map_or(0, |about| about.len()))
-            }
-            None => Ok(0),
+        let Some(mut file) = self.file.take() else { return Ok(0) };
+        if let (Some(path), false) = (file.temporary(), texts.is_empty()) {
+            let mut written = File::open(path)?;
+            closing::append(&mut file, &mut written, format, texts)?;
         }
+        let length = file.temporary().map(std::fs::metadata).transpose()?;
+        file.commit()?;
+        Ok(length.map_or(0, |about| about.len()))
+    }
+
+    /// What ffmpeg has said, once it has ended; it is asked to speak of errors only.
+    fn told(&mut self) -> String {
+        let _ = self.child.wait();
+        self.told.take().and_then(|told| told.join().ok()).unwrap_or_default()
     }
 
     /// Why ffmpeg has ended.
-    fn failure(&mut self) -> io::Error {
-        let _ = self.child.wait();
-        let told = self.told.take().and_then(|told| told.join().ok()).unwrap_or_default();
+    fn failure(&self, told: &str) -> io::Error {
         let last = told.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it says nothing");
-        io::Error::other(format!("ffmpeg failed: {}", last.trim()))
+        let path = self.path.display();
+        io::Error::other(format!("cannot write {path}: ffmpeg failed: {}", last.trim()))
     }
 }
 
@@ -115,7 +138,10 @@ impl Write for Ffmpeg {
         let Some(pipe) = &mut self.pipe else { return Ok(0) };
         match pipe.write(bytes) {
             // The reader of our pipe is ffmpeg, whose reason is worth more than ours.
-            Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(self.failure()),
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => {
+                let told = self.told();
+                Err(self.failure(&told))
+            }
             written => written,
         }
     }

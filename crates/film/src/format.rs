@@ -34,6 +34,8 @@ pub enum Format {
     Mp4,
     /// Matroska, encoded by ffmpeg.
     Mkv,
+    /// AV1 in IVF, 4:4:4; only where the feature `av1` was asked for.
+    Ivf,
 }
 
 /// A name that is no format's.
@@ -57,13 +59,13 @@ impl std::error::Error for UnknownFormat {}
 
 impl Format {
     /// Every name that [`Format::from_name`] takes, stills first.
-    pub const NAMES: [&str; 15] = [
+    pub const NAMES: [&str; 16] = [
         "png", "png16", "exr", "exr16", "qoi", "jpg", "jpeg", "ppm", "pfm", "gif", "apng", "webp",
-        "y4m", "mp4", "mkv",
+        "y4m", "mp4", "mkv", "ivf",
     ];
 
     /// All formats, stills first.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Png,
         Self::Png16,
         Self::Exr,
@@ -78,6 +80,7 @@ impl Format {
         Self::Y4m,
         Self::Mp4,
         Self::Mkv,
+        Self::Ivf,
     ];
 
     /// The format called `name`, in either case, without a leading dot.
@@ -97,6 +100,7 @@ impl Format {
             "y4m" => Self::Y4m,
             "mp4" => Self::Mp4,
             "mkv" => Self::Mkv,
+            "ivf" => Self::Ivf,
             _ => {
                 return Err(UnknownFormat { name: name.to_owned() });
             }
@@ -120,6 +124,7 @@ impl Format {
             Self::Y4m => "y4m",
             Self::Mp4 => "mp4",
             Self::Mkv => "mkv",
+            Self::Ivf => "ivf",
         }
     }
 
@@ -145,7 +150,8 @@ impl Format {
 
     /// True for formats that hold all frames of an animation in one file.
     pub fn is_film(self) -> bool {
-        matches!(self, Self::Gif | Self::Apng | Self::Webp | Self::Y4m | Self::Mp4 | Self::Mkv)
+        use Format::{Apng, Gif, Ivf, Mkv, Mp4, Webp, Y4m};
+        matches!(self, Gif | Apng | Webp | Y4m | Mp4 | Mkv | Ivf)
     }
 }
 
@@ -201,7 +207,7 @@ mod tests {
         assert_eq!(
             text,
             "unknown format \"exrr\", did you mean \"exr\"? (known: png, png16, exr, exr16, qoi, \
-             jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv)"
+             jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv, ivf)"
         );
     }
 }

@@ -85,10 +85,11 @@ pub enum Folders {
 }
 
 /// What went wrong, with the path, and what to do about it.
-fn explain(doing: &str, path: &Path, error: &io::Error) -> io::Error {
+pub(crate) fn explain(doing: &str, path: &Path, error: &io::Error) -> io::Error {
     let advice = match error.kind() {
         ErrorKind::StorageFull => "; free some space or choose another folder",
         ErrorKind::QuotaExceeded => "; your quota is used up: free some space",
+        ErrorKind::FileTooLarge => "; files may not become so large here (see `ulimit -f`)",
         ErrorKind::PermissionDenied => "; choose a folder that you may write to",
         ErrorKind::ReadOnlyFilesystem => "; the file system is read-only: choose another folder",
         ErrorKind::NotFound => "; its folder is gone",

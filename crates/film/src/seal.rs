@@ -4,16 +4,18 @@
 //! bytes but the check itself. PNG carries them as text chunks, EXR as string attributes, JPEG and
 //! PPM as a comment of `key: value` lines. QOI and PFM have no place for text; there the same lines
 //! stand in a file beside the picture, whose name is the picture's with [`MANIFEST_ENDING`] added.
+//! Films carry theirs at their end.
 
 use crate::bands::KeptBands;
+use crate::film::closing;
 use crate::format::Format;
 use crate::picture::Picture;
 use crate::still::{Encoded, StillOptions, encode_still};
 use crate::{exr, png};
 use std::ffi::OsString;
 use std::fmt;
-use std::fs;
-use std::io::{self, ErrorKind};
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Read};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -71,7 +73,7 @@ pub fn manifest_path(picture: &Path) -> PathBuf {
 
 /// True for formats whose texts stand beside the picture.
 pub fn needs_manifest(format: Format) -> bool {
-    matches!(format, Format::Qoi | Format::Pfm)
+    matches!(format, Format::Qoi | Format::Pfm) || closing::needs_manifest(format)
 }
 
 /// As [`encode_still`], and seals the file with its `options.text`.
@@ -176,19 +178,34 @@ fn insert_remarks(ppm: &mut Vec<u8>, lines: &str) {
 }
 
 /// The texts of the sealed file at `path`, in their order and without the check, if the file is
-/// whole.
+/// whole. A film is read in pieces.
 ///
 /// # Errors
 /// [`Unsealed`].
 pub fn read_sealed(path: &Path) -> Result<Vec<(String, String)>, Unsealed> {
-    let bytes = read(path)?;
-    if bytes.starts_with(b"qoif") || bytes.starts_with(b"PF\n") {
-        let lines = match read(&manifest_path(path)) {
+    let mut file = open(path)?;
+    let mut head = Vec::new();
+    file.by_ref().take(64).read_to_end(&mut head).map_err(Unsealed::Unreadable)?;
+    if let Some(film) = closing::carried(&head) {
+        return closing::read(file, film);
+    }
+    let beside = [&b"qoif"[..], b"PF\n", b"YUV4MPEG2 ", b"DKIF"];
+    if beside.iter().any(|magic| head.starts_with(magic)) {
+        let lines = match open(&manifest_path(path)).and_then(whole) {
             Err(Unsealed::Missing) => return Err(Unsealed::Bare),
             lines => String::from_utf8(lines?).map_err(|_| damaged("its manifest is no text"))?,
         };
-        return checked(pairs(lines.lines())?, &bytes, 0..0);
+        return match closing::first_line(&lines) {
+            Some(format) => closing::beside(file, format, &lines),
+            None => {
+                let length = file.metadata().map_err(Unsealed::Unreadable)?.len();
+                let hasher = closing::hash(&mut file, length, Format::Qoi);
+                checked(pairs(lines.lines())?, &hasher.map_err(Unsealed::Unreadable)?)
+            }
+        };
     }
+    let mut bytes = head;
+    file.read_to_end(&mut bytes).map_err(Unsealed::Unreadable)?;
     texts(&bytes)
 }
 
@@ -199,7 +216,7 @@ pub fn read_sealed(path: &Path) -> Result<Vec<(String, String)>, Unsealed> {
 pub fn texts(bytes: &[u8]) -> Result<Vec<(String, String)>, Unsealed> {
     if bytes.starts_with(&png::SIGNATURE) {
         let (pairs, check) = png::read_texts(bytes).map_err(Unsealed::Damaged)?;
-        return checked(pairs, bytes, check);
+        return checked(pairs, &hash_without(bytes, check));
     }
     let (pairs, missing) = if bytes.starts_with(&exr::MAGIC) {
         let header = exr::read_header(bytes).map_err(Unsealed::Damaged)?;
@@ -221,10 +238,10 @@ pub fn texts(bytes: &[u8]) -> Result<Vec<(String, String)>, Unsealed> {
         return Err(Unsealed::Bare);
     }
     let field = check_field(bytes).ok_or_else(|| damaged(&format!("{missing} is broken")))?;
-    checked(pairs, bytes, field)
+    checked(pairs, &hash_without(bytes, field))
 }
 
-fn read(path: &Path) -> Result<Vec<u8>, Unsealed> {
+fn open(path: &Path) -> Result<File, Unsealed> {
     let unreadable = |error: io::Error| match error.kind() {
         ErrorKind::NotFound | ErrorKind::NotADirectory => Unsealed::Missing,
         _ => Unsealed::Unreadable(error),
@@ -234,7 +251,20 @@ fn read(path: &Path) -> Result<Vec<u8>, Unsealed> {
         // A device could be read without end.
         return Err(Unsealed::Bare);
     }
-    fs::read(path).map_err(unreadable)
+    File::open(path).map_err(unreadable)
+}
+
+fn whole(mut file: File) -> Result<Vec<u8>, Unsealed> {
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(Unsealed::Unreadable)?;
+    Ok(bytes)
+}
+
+/// A hasher that has seen `bytes` but for those at `without`.
+fn hash_without(bytes: &[u8], without: Range<usize>) -> blake3::Hasher {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&bytes[..without.start]).update(&bytes[without.end..]);
+    hasher
 }
 
 fn damaged(how: &str) -> Unsealed {
@@ -250,18 +280,15 @@ fn pairs<'a>(lines: impl Iterator<Item = &'a str>) -> Result<Vec<(String, String
         .collect()
 }
 
-/// The pairs without the check, if that is the hash of `bytes` but for those at `without`.
+/// The pairs without the check, if that is the hash of what `hasher` has seen.
 fn checked(
     mut pairs: Vec<(String, String)>,
-    bytes: &[u8],
-    without: Range<usize>,
+    hasher: &blake3::Hasher,
 ) -> Result<Vec<(String, String)>, Unsealed> {
     let Some(at) = pairs.iter().position(|(key, _)| key == CHECK) else {
         return Err(Unsealed::Bare);
     };
     let (_, check) = pairs.remove(at);
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(&bytes[..without.start]).update(&bytes[without.end..]);
     if hasher.finalize().to_string() != check {
         return Err(damaged("its bytes are not those that were written"));
     }

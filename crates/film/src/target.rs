@@ -356,19 +356,19 @@ mod tests {
                 "a",
                 None,
                 "the output a has no ending to tell its format by: add one, or --format with one \
-                 of png, png16, exr, exr16, qoi, jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv",
+                 of png, png16, exr, exr16, qoi, jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv, ivf",
             ),
             (
                 "a.pgn",
                 None,
                 "the output a.pgn: unknown format \"pgn\", did you mean \"png\"? (known: png, \
-                 png16, exr, exr16, qoi, jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv)",
+                 png16, exr, exr16, qoi, jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv, ivf)",
             ),
             (
                 "a.png",
                 Some("tiff"),
                 "the output a.png: unknown format \"tiff\" (known: png, png16, exr, exr16, qoi, \
-                 jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv)",
+                 jpg, jpeg, ppm, pfm, gif, apng, webp, y4m, mp4, mkv, ivf)",
             ),
             (
                 "#-%d.png",

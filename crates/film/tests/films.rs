@@ -3,8 +3,12 @@
 mod common;
 
 use common::{bytes, noise, rows};
-use reflet_film::{Compression, FilmSpec, FilmWriter, Format, Fps, Picture, Pushed, TileRect};
+use reflet_film::{
+    Compression, FilmSink, FilmSpec, FilmWriter, Format, Fps, Picture, Pushed, Target, TileRect,
+    Unsealed, manifest_path, needs_manifest, read_sealed,
+};
 use std::io::{self, Cursor, ErrorKind, Write};
+use std::path::PathBuf;
 
 const WIDTH: u32 = 70;
 const HEIGHT: u32 = 50;
@@ -17,6 +21,7 @@ fn spec(format: Format, fps: u32, frames: u32) -> FilmSpec {
         fps: Fps::new(fps, 1).unwrap(),
         frames,
         compression: Compression::Fast,
+        spool: None,
     }
 }
 
@@ -260,6 +265,90 @@ fn frames_must_be_as_announced() {
         assert!(FilmWriter::new(Vec::new(), wide).is_err());
     }
     assert!(FilmWriter::new(Vec::new(), spec(Format::Png, 24, 1)).is_err());
+}
+
+/// What waits for the palette is in the folder that is named, and not in memory.
+#[test]
+fn a_long_gif_waits_in_its_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let (width, height) = (400, 300);
+    let draw = |seed| {
+        bytes(width, height, 16, move |x, y| {
+            noise(x, y, seed).to_le_bytes()[..3].try_into().unwrap()
+        })
+    };
+    let write = |spool: Option<PathBuf>| {
+        let spec = FilmSpec { width, height, spool, ..spec(Format::Gif, 24, 5) };
+        let mut writer = FilmWriter::new(Vec::new(), spec)?;
+        (0..5).try_for_each(|seed| writer.push(&draw(seed)).map(drop))?;
+        writer.finish()
+    };
+    let film = write(Some(folder.path().to_owned())).unwrap();
+    assert!(film == write(None).unwrap());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "the file has no name");
+    let gone = folder.path().join("gone");
+    let error = write(Some(gone.clone())).unwrap_err();
+    assert!(error.to_string().contains(&gone.display().to_string()), "{error}");
+}
+
+/// The texts of a film, and one flipped bit anywhere in it or in what stands beside it.
+#[test]
+fn films_know_their_texts_and_whether_they_are_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let frames = wandering();
+    let texts = [("Software", "a program 1.2"), ("made-from", "a: b")];
+    for format in [Format::Gif, Format::Apng, Format::Webp, Format::Y4m] {
+        let path = folder.path().join(format!("f.{format}"));
+        let target = Target::parse(path.as_os_str(), None, 6).unwrap();
+        let write = |texts: &[(&str, &str)]| {
+            let sink = FilmSink::open(&target).unwrap();
+            let spool = Some(folder.path().to_owned());
+            let spec = FilmSpec { spool, ..spec(format, 24, 6) };
+            let mut writer = FilmWriter::new(sink, spec).unwrap();
+            for frame in &frames {
+                writer.push(frame).unwrap();
+            }
+            let length = writer.commit(texts).unwrap();
+            let bytes = std::fs::read(&path).unwrap();
+            assert_eq!(length, bytes.len() as u64, "{format}");
+            bytes
+        };
+        let bare = write(&[]);
+        assert!(matches!(read_sealed(&path), Err(Unsealed::Bare)), "{format}");
+        let manifest = manifest_path(&path);
+        assert!(!manifest.exists());
+        let good = write(&texts);
+        let want: Vec<(String, String)> =
+            texts.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
+        assert_eq!(read_sealed(&path).unwrap(), want, "{format}");
+        assert_eq!(manifest.exists(), needs_manifest(format), "{format}");
+        assert_eq!(good == bare, needs_manifest(format), "{format}");
+        let holds = |what: &str| assert!(read_sealed(&path).is_err(), "{format}: {what}");
+        // What is long is looked at here and there, its ends everywhere.
+        let step = good.len() / 4000 + 1;
+        let near = |at: &usize| at.is_multiple_of(step) || *at < 300 || *at + 600 > good.len();
+        for at in (0..good.len()).filter(near) {
+            let mut bad = good.clone();
+            bad[at] ^= 1 << (at % 8);
+            std::fs::write(&path, &bad).unwrap();
+            holds(&format!("byte {at}"));
+            std::fs::write(&path, &good[..at]).unwrap();
+            holds(&format!("{at} bytes"));
+        }
+        std::fs::write(&path, [&good[..], b"\0"].concat()).unwrap();
+        holds("a byte too many");
+        std::fs::write(&path, &good).unwrap();
+        let Ok(lines) = std::fs::read(&manifest) else { continue };
+        for at in 0..lines.len() {
+            let mut bad = lines.clone();
+            bad[at] ^= 1 << (at % 8);
+            std::fs::write(&manifest, &bad).unwrap();
+            holds(&format!("byte {at} of the manifest"));
+        }
+        // A film that says nothing takes the lines of the one before with it.
+        write(&[]);
+        assert!(!manifest.exists());
+    }
 }
 
 /// Takes `room` bytes, then is full.

@@ -165,6 +165,7 @@ fn save_film(folder: &Path, name: &str, format: Format, frames: &[Picture]) -> S
         fps: Fps::new(24, 1).unwrap(),
         frames: frames.len() as u32,
         compression: Compression::Fast,
+        spool: None,
     };
     let mut writer = FilmWriter::new(Vec::new(), spec).unwrap();
     for frame in frames {

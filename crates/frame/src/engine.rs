@@ -8,7 +8,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use reflet_accel::isa::Level;
 use reflet_accel::{Accel, Isa, RayCounts, Structure};
 use reflet_film::{Layout, Picture, TileMut, TransferTable};
-use reflet_pack::{Spread, Changes, Columns, PrimId, SurfaceChange, SurfaceId};
+use reflet_pack::{Changes, Columns, PrimId, Spread, SurfaceChange, SurfaceId};
 use reflet_trace::{BatchColours, Grid, Points, RayTally, Shader, Tracer};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -40,6 +40,20 @@ pub enum Event<'a> {
         /// Why.
         standing: &'a crate::resume::Standing,
     },
+    /// The film stands and was kept, with all of its frames.
+    FilmKept {
+        /// Its file.
+        path: &'a std::path::Path,
+        /// Its frames.
+        frames: usize,
+    },
+    /// The film does not stand, and is made again.
+    FilmAgain {
+        /// Its file.
+        path: &'a std::path::Path,
+        /// Why.
+        standing: &'a crate::resume::Standing,
+    },
     /// A frame is on disk.
     Frame(&'a FrameReport),
 }

@@ -1,5 +1,7 @@
 //! Frames that are on disk already, to a film. One frame at a time is in memory.
 
+use crate::output::spool;
+use crate::provenance::{FilmHasher, FilmSettings, Provenance};
 use reflet_film::{
     Compression, FilmSink, FilmSpec, FilmWriter, Fps, Picture, Sample, SampleKind, Target,
     Transfer, TransferTable, Unsealed, decode_still, texts,
@@ -47,7 +49,8 @@ pub fn join(
     let Some(path) = paths.first() else {
         return Err(JoinError::Input("there are no frames to join".to_owned()));
     };
-    let first = frame(path)?;
+    let (first, mut made_from) = frame(path)?;
+    let mut hasher = FilmHasher::default();
     let size = |picture: &Picture| (picture.layout().width(), picture.layout().height());
     let (width, height) = size(&first);
     let spec = FilmSpec {
@@ -58,6 +61,7 @@ pub fn join(
         frames: u32::try_from(paths.len())
             .map_err(|_| JoinError::Input("there are too many frames".to_owned()))?,
         compression: Compression::default(),
+        spool: spool(target),
     };
     let output = JoinError::Output;
     crate::resume::sweep(target, &[0]).map_err(|(_, error)| output(error))?;
@@ -70,8 +74,15 @@ pub fn join(
         }
         let picture = match next.take() {
             Some(picture) => picture,
-            None => frame(path)?,
+            None => {
+                let (picture, of_frame) = frame(path)?;
+                made_from = made_from.and(of_frame);
+                picture
+            }
         };
+        if let Some(frame) = &made_from {
+            hasher.push(frame);
+        }
         if size(&picture) != (width, height) {
             let (w, h) = size(&picture);
             return Err(wrong(
@@ -82,28 +93,40 @@ pub fn join(
         film.push(&picture).map_err(output)?;
         joined(index + 1);
     }
-    let patch = film.patch();
-    film.finish().and_then(|sink| sink.commit(patch)).map_err(output)
+    let settings = FilmSettings {
+        size: [width, height],
+        fps,
+        format: target.format(),
+        compression: Compression::default(),
+    };
+    // Frames that do not all say what they were made from make a film that does not, either.
+    let wanted = made_from.filter(|_| !target.is_stdout()).map(|_| hasher.film(settings));
+    film.commit(&wanted.as_ref().map(Provenance::texts).unwrap_or_default()).map_err(output)
 }
 
 fn wrong(path: &Path, what: impl std::fmt::Display) -> JoinError {
     JoinError::Input(format!("{}: {what}", path.display()))
 }
 
-fn frame(path: &Path) -> Result<Picture, JoinError> {
+/// A frame's picture, and what its file says that it was made from.
+fn frame(path: &Path) -> Result<(Picture, Option<Provenance>), JoinError> {
     if !path.is_file() {
         return Err(wrong(path, "there is no such frame"));
     }
     let bytes = std::fs::read(path).map_err(|error| wrong(path, error))?;
     // A frame of ours knows whether it is whole.
-    if let Err(error @ Unsealed::Damaged(_)) = texts(&bytes) {
-        return Err(wrong(path, format!("{error}; render it again with --resume")));
-    }
+    let texts = match texts(&bytes) {
+        Err(error @ Unsealed::Damaged(_)) => {
+            return Err(wrong(path, format!("{error}; render it again with --resume")));
+        }
+        texts => texts.unwrap_or_default(),
+    };
     let picture = decode_still(&bytes).map_err(|error| wrong(path, error))?;
-    match picture.kind() {
-        SampleKind::F32 => encoded(&picture).map_err(|error| wrong(path, error)),
-        _ => Ok(picture),
-    }
+    let picture = match picture.kind() {
+        SampleKind::F32 => encoded(&picture).map_err(|error| wrong(path, error))?,
+        _ => picture,
+    };
+    Ok((picture, Provenance::of_frame(&texts)))
 }
 
 /// Intensities to 8 bits.

@@ -2,7 +2,7 @@
 
 use crate::engine::nanoseconds;
 use crate::event::{FrameReport, RenderError};
-use crate::provenance::Provenance;
+use crate::provenance::{FilmHasher, FilmSettings, Provenance};
 use crate::resume::{self, Standing};
 use rayon::ThreadPool;
 use reflet_film::{
@@ -46,7 +46,7 @@ pub struct Output<'a> {
 
 enum Sink {
     Stills { kept: KeptBands, folders: PendingFolders, place: Folders },
-    Film { writer: Box<FilmWriter<FilmSink>>, bytes: Arc<AtomicU64> },
+    Film { writer: Box<FilmWriter<FilmSink>>, bytes: Arc<AtomicU64>, made_from: FilmHasher },
     Done,
 }
 
@@ -71,8 +71,10 @@ impl<'a> Output<'a> {
                 fps: info.fps,
                 frames: info.frames,
                 compression,
+                spool: spool(&target),
             };
-            Sink::Film { writer: Box::new(FilmWriter::new(file, spec).map_err(fail)?), bytes }
+            let writer = Box::new(FilmWriter::new(file, spec).map_err(fail)?);
+            Sink::Film { writer, bytes, made_from: FilmHasher::default() }
         } else {
             Sink::Stills {
                 kept: KeptBands::new(),
@@ -117,7 +119,10 @@ impl<'a> Output<'a> {
                 *place = Folders::Expect;
                 written
             }
-            Sink::Film { writer, bytes } => {
+            Sink::Film { writer, bytes, made_from } => {
+                if let Some(provenance) = &frame.provenance {
+                    made_from.push(provenance);
+                }
                 let before = bytes.load(Ordering::Relaxed);
                 let pushed = self.pool.install(|| writer.push(&frame.picture));
                 frame.report.bytes = bytes.load(Ordering::Relaxed) - before;
@@ -130,20 +135,47 @@ impl<'a> Output<'a> {
         result.map_err(|error| RenderError::Output { frame: index, path, error })
     }
 
-    /// Ends the film and gives its length in bytes, or syncs the folders; `last` is the last frame,
-    /// for a message.
-    pub fn finish(&mut self, last: u32) -> Result<Option<u64>, RenderError> {
-        let result = match std::mem::replace(&mut self.sink, Sink::Done) {
-            Sink::Stills { mut folders, .. } => folders.sync().map(|()| None),
-            Sink::Film { writer, .. } => {
-                let patch = writer.patch();
-                (*writer).finish().and_then(|sink| sink.commit(patch)).map(Some)
-            }
-            Sink::Done => Ok(None),
-        };
+    /// Ends the film, or syncs the folders; `last` is the last frame, for a message.
+    pub fn finish(&mut self, last: u32) -> Result<Ended, RenderError> {
         let path = self.target.path_for(last);
+        let result = match std::mem::replace(&mut self.sink, Sink::Done) {
+            Sink::Stills { mut folders, .. } => folders.sync().map(|()| Ended::default()),
+            Sink::Film { writer, made_from, .. } => {
+                let spec = writer.spec();
+                let wanted = made_from.film(FilmSettings {
+                    size: [spec.width, spec.height],
+                    fps: spec.fps,
+                    format: spec.format,
+                    compression: self.compression,
+                });
+                let stdout = self.target.is_stdout();
+                let stood = !stdout && resume::standing(&path, &wanted) == Standing::Stands;
+                let texts = if stdout { Vec::new() } else { wanted.texts() };
+                (*writer).commit(&texts).map(|length| Ended { film: Some(length), stood })
+            }
+            Sink::Done => Ok(Ended::default()),
+        };
         result.map_err(|error| RenderError::Output { frame: last, path, error })
     }
+}
+
+/// How an output ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ended {
+    /// The film's length in bytes, if it is one.
+    pub film: Option<u64>,
+    /// Whether the film that it took the place of was the same already.
+    pub stood: bool,
+}
+
+/// The folder of a film, for what waits until all frames are known.
+pub(crate) fn spool(target: &Target) -> Option<PathBuf> {
+    let path = target.path_for(0);
+    // Next to a device there may be no place.
+    let beside = !target.is_stdout() && (path.is_file() || !path.exists());
+    let path = path.canonicalize().unwrap_or(path);
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    beside.then(|| folder.map_or_else(|| PathBuf::from("."), PathBuf::from))
 }
 
 fn still(
@@ -153,8 +185,12 @@ fn still(
     (folders, place): (&mut PendingFolders, Folders),
 ) -> std::io::Result<()> {
     let mut file = target.open_in(frame, place)?;
+    let device = file.temporary().is_none();
     sealed.encoded.write_to(&mut file)?;
     file.commit_in(folders)?;
+    if device {
+        return Ok(());
+    }
     // A kill in between leaves a manifest that does not fit: the frame is then made again.
     if let Some(manifest) = &sealed.manifest {
         let path = manifest_path(&target.path_for(frame));

@@ -1,7 +1,7 @@
 //! What a file was made from, as it says itself.
 
 use crate::tiles::Tile;
-use reflet_film::{Compression, Format};
+use reflet_film::{Compression, Format, Fps};
 use reflet_pack::SceneHash;
 
 /// The program and its version.
@@ -58,6 +58,11 @@ impl Provenance {
         texts.into_iter().chain(tile).collect()
     }
 
+    /// Width and height of the whole picture in pixels.
+    pub(crate) fn size(&self) -> [u32; 2] {
+        FileSettings::told(&self.settings).map_or([0, 0], |settings| settings.size)
+    }
+
     /// In what a file that carries `texts` was made from something else; `None` if it was not.
     pub fn differs(&self, texts: &[(String, String)]) -> Option<String> {
         let told = |key: &str| texts.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
@@ -77,6 +82,17 @@ impl Provenance {
             }
             _ => Some("it does not say what it was made from".to_owned()),
         }
+    }
+
+    /// Of a frame on disk, given the texts of its file, if joining such frames to a film gives what
+    /// rendering the film would: the whole of a picture of 8 bits, by this version.
+    pub(crate) fn of_frame(texts: &[(String, String)]) -> Option<Provenance> {
+        let told = |key: &str| texts.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
+        let settings = told(SETTINGS_KEY)?;
+        let exact = matches!(FileSettings::told(settings)?.format, Format::Png | Format::Ppm);
+        let whole = told(SOFTWARE_KEY) == Some(SOFTWARE) && told(TILE_KEY).is_none();
+        let scene = told(SCENE_KEY)?.to_owned();
+        (exact && whole).then(|| Provenance { scene, settings: settings.to_owned(), tile: None })
     }
 
     /// What the file of a tile says of the picture that it is a part of.
@@ -100,6 +116,58 @@ impl Provenance {
     pub(crate) fn of_merged(scene: &str, settings: FileSettings) -> Provenance {
         Provenance { scene: scene.to_owned(), settings: settings.to_string(), tile: None }
     }
+}
+
+/// What a film is made from, frame by frame: one hash over the scenes and settings of all.
+#[derive(Clone, Debug)]
+pub struct FilmHasher {
+    // Boxed: it holds almost two kilobytes.
+    hasher: Box<blake3::Hasher>,
+    frames: u32,
+}
+
+impl Default for FilmHasher {
+    fn default() -> Self {
+        let hasher = Box::new(blake3::Hasher::new_derive_key("reflet film 1"));
+        FilmHasher { hasher, frames: 0 }
+    }
+}
+
+impl FilmHasher {
+    /// The next frame; of its settings, those of the picture count and not those of a file.
+    pub fn push(&mut self, frame: &Provenance) {
+        let Some(settings) = FileSettings::told(&frame.settings) else { return };
+        let FileSettings { frame: index, size: [width, height], samples, .. } = settings;
+        let line = format!("{} {index} {width}x{height} {samples}\n", frame.scene);
+        self.hasher.update(line.as_bytes());
+        self.frames += 1;
+    }
+
+    /// Of the film of all frames so far.
+    pub fn film(&self, film: FilmSettings) -> Provenance {
+        let FilmSettings { size: [width, height], fps, format, compression } = film;
+        let (fps, per) = (fps.numerator(), fps.denominator());
+        let mut settings =
+            format!("frames={} size={width}x{height} fps={fps}/{per} format={format}", self.frames);
+        if format == Format::Apng {
+            settings += &format!(" compression={}", name(compression));
+        }
+        Provenance { scene: self.hasher.finalize().to_string(), settings, tile: None }
+    }
+}
+
+/// The settings that decide a film's bytes beside its frames. Which ffmpeg encodes it is not among
+/// them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FilmSettings {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Frames a second.
+    pub fps: Fps,
+    /// The film's format.
+    pub format: Format,
+    /// How much time a smaller file was worth.
+    pub compression: Compression,
 }
 
 /// A tile's file: of which picture it is a part, and which.

@@ -44,14 +44,18 @@ impl fmt::Display for Standing {
 
 /// How the file at `path` is found, which would now be made from `wanted`.
 pub fn standing(path: &Path, wanted: &Provenance) -> Standing {
-    match read_sealed(path) {
-        Ok(texts) => match wanted.differs(&texts) {
-            None => Standing::Stands,
-            Some(why) => Standing::Stale(why),
-        },
-        Err(Unsealed::Missing) => Standing::Missing,
-        Err(error) => Standing::Stale(error.to_string()),
+    match told(path) {
+        Ok(texts) => wanted.differs(&texts).map_or(Standing::Stands, Standing::Stale),
+        Err(standing) => standing,
     }
+}
+
+/// What the file at `path` says that it was made from, if it is whole.
+pub(crate) fn told(path: &Path) -> Result<Vec<(String, String)>, Standing> {
+    read_sealed(path).map_err(|error| match error {
+        Unsealed::Missing => Standing::Missing,
+        error => Standing::Stale(error.to_string()),
+    })
 }
 
 /// Removes what killed processes left of the files of `frames`, and tells what it was. Files of

@@ -10,11 +10,13 @@ use crate::pictures::Pictures;
 use crate::provenance::{FileSettings, Provenance};
 use crate::resume::{self, Resume, Standing};
 use crate::tiles::Tile;
+use crate::verify;
 use crate::writer::Writer;
 use reflet_film::{Fps, Layout, SampleKind, Transfer, TransferTable};
 use reflet_pack::{Changes, Overrides, Packer, SceneHasher, TransferCurve};
 use reflet_script::{ScriptError, Stage};
 use reflet_trace::BatchColours;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
@@ -36,8 +38,19 @@ pub fn render(
         events.tell(Event::Warning(&warning.to_string()));
     }
 
-    let animation = stage.with_scene(|scene| scene.animation());
-    let frames = job.frames.clone().unwrap_or_else(|| (0..animation.frames).collect());
+    let frames = frames(stage, job);
+    let film = job.target.format().is_film();
+    if film && !job.target.is_stdout() && job.resume == Resume::Keep {
+        let path = &job.target.path_for(0);
+        match verify::film(stage, job, cancel)? {
+            Standing::Stands => {
+                sweep(job, &frames, events)?;
+                events.tell(Event::FilmKept { path, frames: frames.len() });
+                return Ok(Summary { kept: frames.len() as u64, ..Summary::default() });
+            }
+            standing => events.tell(Event::FilmAgain { path, standing: &standing }),
+        }
+    }
     let cache_bytes =
         job.cache_bytes.or_else(|| memory::available().map(|a| a / 4)).unwrap_or(1 << 30);
     // Nothing builds on the last frame.
@@ -61,22 +74,17 @@ pub fn render(
     let ahead = if reuse == Reuse::Never { 1 } else { frames.len() };
     let pictures = Pictures::new(layout, kind, ahead, cache_bytes)?;
     engine.set_tree_budget(cache_bytes.saturating_sub(pictures.bytes()));
-    let fps = Fps::from_f64(animation.fps).map_err(|e| RenderError::Other(e.to_string()))?;
-    let info = FilmInfo { size, fps, frames: frames.len() as u32 };
+    let info = FilmInfo { size, fps: fps(stage)?, frames: frames.len() as u32 };
 
     let begin = Instant::now();
     let (isa, threads) = (engine.isa(), engine.threads());
     events.tell(Event::Started { frames: frames.len(), size, isa, threads });
     let pool = engine.pool();
-    let first = frames.first().copied().unwrap_or(0);
-    let at_first = |(path, error)| RenderError::Output { frame: first, path, error };
     if job.resume == Resume::Keep {
-        for stray in resume::sweep(&job.target, &frames).map_err(at_first)? {
-            events.tell(Event::Swept(&stray));
-        }
+        sweep(job, &frames, events)?;
     }
-    let mut output =
-        Output::open(job.target.clone(), job.compression, info, &pool).map_err(at_first)?;
+    let output = Output::open(job.target.clone(), job.compression, info, &pool);
+    let mut output = output.map_err(|failed| at_first(&frames, failed))?;
 
     let result = thread::scope(|scope| {
         let (finished, to_write) = channel::<Finished>();
@@ -105,13 +113,16 @@ pub fn render(
     // Files of frames that were written stand, whatever ended the job.
     match result {
         Ok(mut summary) => {
-            let film = output.finish(frames.last().copied().unwrap_or(0))?;
-            summary.bytes = film.unwrap_or(summary.bytes);
+            let ended = output.finish(frames.last().copied().unwrap_or(0))?;
+            summary.bytes = ended.film.unwrap_or(summary.bytes);
+            if ended.stood {
+                summary.remade = summary.frames;
+            }
             summary.elapsed_ns = nanoseconds(begin);
             Ok(summary)
         }
         Err(error) => {
-            if !job.target.format().is_film() {
+            if !film {
                 let _ = output.finish(0);
             }
             Err(error)
@@ -232,11 +243,11 @@ impl Run<'_, '_> {
         }
     }
 
-    /// What the file of a frame is made from; `changes` are those of the last packing. Films and
-    /// the standard output say nothing of the kind.
+    /// What the file of a frame is made from; `changes` are those of the last packing. The standard
+    /// output says nothing of the kind.
     fn provenance(&mut self, frame: u32, changes: &Changes) -> Option<Provenance> {
         let target = &self.job.target;
-        if target.format().is_film() || target.is_stdout() {
+        if target.is_stdout() {
             return None;
         }
         let scene = self.hasher.hash(self.packer.columns(), changes);
@@ -246,6 +257,9 @@ impl Run<'_, '_> {
     /// Whether the job keeps the file of a frame.
     fn stands(&mut self, frame: u32, wanted: Option<&Provenance>) -> bool {
         let (Resume::Keep, Some(wanted)) = (self.job.resume, wanted) else { return false };
+        if self.job.target.format().is_film() {
+            return false; // it stands as a whole or not at all
+        }
         let path = self.job.target.path_for(frame);
         let standing = resume::standing(&path, wanted);
         let stands = standing == Standing::Stands;
@@ -338,6 +352,29 @@ pub(crate) fn tile(packer: &Packer, job: &Job) -> Result<Option<Tile>, RenderErr
     let columns = packer.columns();
     let tile = job.tile.map(|choice| choice.of(columns.view.size, columns.model.transfer));
     tile.transpose().map_err(RenderError::Usage)
+}
+
+/// The frames of a job, in order.
+pub(crate) fn frames(stage: &Stage, job: &Job) -> Vec<u32> {
+    let all = || (0..stage.with_scene(|scene| scene.animation().frames)).collect();
+    job.frames.clone().unwrap_or_else(all)
+}
+
+/// The rate of the script's animation.
+pub(crate) fn fps(stage: &Stage) -> Result<Fps, RenderError> {
+    let fps = stage.with_scene(|scene| scene.animation().fps);
+    Fps::from_f64(fps).map_err(|e| RenderError::Other(e.to_string()))
+}
+
+fn at_first(frames: &[u32], (path, error): (PathBuf, std::io::Error)) -> RenderError {
+    RenderError::Output { frame: frames.first().copied().unwrap_or(0), path, error }
+}
+
+/// Removes what killed processes left, and tells of it.
+fn sweep(job: &Job, frames: &[u32], events: &Events<'_>) -> Result<(), RenderError> {
+    let swept = resume::sweep(&job.target, frames).map_err(|failed| at_first(frames, failed))?;
+    swept.iter().for_each(|stray| events.tell(Event::Swept(stray)));
+    Ok(())
 }
 
 /// Packs the scene as the script left it.

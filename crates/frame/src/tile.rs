@@ -158,12 +158,7 @@ impl Worker {
 
     /// The same where only pixels with an edge get more than one sample. The first sample's trees
     /// have an apron of a pixel, so that edges do not depend on where tiles end.
-    fn trees_at_edges(
-        &mut self,
-        tiler: &Tiler<'_>,
-        rect: TileRect,
-        kept: &mut KeptTile,
-    ) -> Pixels {
+    fn trees_at_edges(&mut self, tiler: &Tiler<'_>, rect: TileRect, kept: &mut KeptTile) -> Pixels {
         let Tiler { tracer, shader, room, .. } = tiler;
         let (samples, pixels) = (tracer.columns.samples as usize, rect.pixels());
         let wide = rect.with_apron(tracer.columns.view.size);

@@ -2,7 +2,7 @@
 
 use crate::event::RenderError;
 use crate::job::Job;
-use crate::provenance::Provenance;
+use crate::provenance::{FilmHasher, FilmSettings, Provenance};
 use crate::resume::{self, Standing};
 use crate::run;
 use reflet_pack::SceneHasher;
@@ -10,12 +10,12 @@ use reflet_script::Stage;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A frame's file, checked.
+/// A file, checked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Checked {
-    /// Which frame.
-    pub frame: u32,
-    /// Its file.
+    /// The frames in it: one, or all of a film.
+    pub frames: Vec<u32>,
+    /// The file.
     pub path: PathBuf,
     /// How it is found.
     pub standing: Standing,
@@ -31,12 +31,57 @@ pub fn verify(
     cancel: &AtomicBool,
     checked: &mut dyn FnMut(Checked),
 ) -> Result<(), RenderError> {
-    let animation = stage.with_scene(|scene| scene.animation());
-    let frames = job.frames.clone().unwrap_or_else(|| (0..animation.frames).collect());
+    if job.target.format().is_film() {
+        let standing = film(stage, job, cancel)?;
+        let path = job.target.path_for(0);
+        checked(Checked { frames: run::frames(stage, job), path, standing });
+        return Ok(());
+    }
+    each(stage, job, cancel, &mut |frame, wanted| {
+        let path = job.target.path_for(frame);
+        let standing = resume::standing(&path, &wanted);
+        checked(Checked { frames: vec![frame], path, standing });
+    })
+}
+
+/// How the film that `job` makes is found. The script runs through all frames only if the film is
+/// whole and of the right kind.
+///
+/// # Errors
+/// Like [`verify`].
+pub(crate) fn film(
+    stage: &mut Stage,
+    job: &Job,
+    cancel: &AtomicBool,
+) -> Result<Standing, RenderError> {
+    let path = job.target.path_for(0);
+    let texts = match resume::told(&path) {
+        Ok(texts) => texts,
+        Err(standing) => return Ok(standing),
+    };
+    let mut hasher = FilmHasher::default();
+    let mut size = [0, 0];
+    each(stage, job, cancel, &mut |_, wanted| {
+        size = wanted.size();
+        hasher.push(&wanted);
+    })?;
+    let fps = run::fps(stage)?;
+    let (format, compression) = (job.target.format(), job.compression);
+    let wanted = hasher.film(FilmSettings { size, fps, format, compression });
+    Ok(wanted.differs(&texts).map_or(Standing::Stands, Standing::Stale))
+}
+
+/// Tells what each frame would be made from now.
+fn each(
+    stage: &mut Stage,
+    job: &Job,
+    cancel: &AtomicBool,
+    tell: &mut dyn FnMut(u32, Provenance),
+) -> Result<(), RenderError> {
     let mut packer = run::pack(stage, job)?;
     let tile = run::tile(&packer, job)?;
     let mut hasher = SceneHasher::default();
-    for frame in frames {
+    for frame in run::frames(stage, job) {
         if cancel.load(Ordering::Relaxed) {
             return Err(RenderError::Cancelled);
         }
@@ -44,10 +89,7 @@ pub fn verify(
         let changes = stage.with_scene(|scene| packer.update(scene));
         let scene = hasher.hash(packer.columns(), &changes);
         let settings = run::settings(&packer, job, frame);
-        let wanted = Provenance::new(scene, settings, tile.as_ref());
-        let path = job.target.path_for(frame);
-        let standing = resume::standing(&path, &wanted);
-        checked(Checked { frame, path, standing });
+        tell(frame, Provenance::new(scene, settings, tile.as_ref()));
     }
     Ok(())
 }

@@ -33,8 +33,9 @@ pub struct Columns {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum ShapeBits {
     Hidden,
-    /// The address of the shared triangles, the placement, and what moves it on.
-    Mesh(usize, [u64; 7], Option<[u64; 12]>),
+    /// The address of the shared triangles, the placement, what moves it on, and whether it is
+    /// smooth.
+    Mesh(usize, [u64; 7], Option<Box<[u64; 12]>>, bool),
     /// Its primitive, as most surfaces have one.
     One(PartBits),
     /// Its primitives.
@@ -113,7 +114,8 @@ impl Columns {
                 *b = x.to_bits();
             }
             let data = std::sync::Arc::as_ptr(&mesh.data) as usize;
-            return ShapeBits::Mesh(data, bits, self.surfaces.moved_by[i]);
+            let is_smooth = self.surfaces.smooth[i].is_some();
+            return ShapeBits::Mesh(data, bits, self.surfaces.moved_by[i].clone(), is_smooth);
         }
         let mut prims = self.surfaces.range(i).map(|prim| self.part_bits(PrimId(prim as u32)));
         match (self.surfaces.prims[i], prims.next()) {

@@ -110,6 +110,10 @@ fn surfaces(columns: &Columns) -> blake3::Hash {
     let geometry = &columns.geometry;
     for i in (0..columns.surfaces.len()).filter(|i| columns.surfaces.visible[*i]) {
         words.add([columns.surfaces.prims[i]]);
+        if let (Some(turn), Some(mesh)) = (&columns.surfaces.smooth[i], &columns.surfaces.mesh[i]) {
+            words.add(turn.iter().flatten().flat_map(|x| split(x.to_bits())));
+            words.add(mesh.data.normals.iter().flatten().map(|x| x.to_bits()));
+        }
         for prim in columns.surfaces.range(i) {
             let (kind, row) = geometry.shape[prim];
             let row = row as usize;
@@ -155,6 +159,9 @@ fn paint(columns: &Columns) -> blake3::Hash {
         let tint = paint.tint.as_ref().map_or(Vec::new(), |tint| tint.content_bits());
         words.add([tint.len() as u32]);
         words.add(tint.into_iter().flat_map(split));
+        if let (Some(_), Some(mesh)) = (&paint.tint, &columns.surfaces.mesh[i]) {
+            words.add(mesh.data.uvs.iter().flatten().map(|x| x.to_bits()));
+        }
     }
     words.finish()
 }

@@ -15,8 +15,8 @@ use crate::tints::{Site, Tint};
 use crate::view::{Model, View};
 use glam::{DAffine3, DVec3};
 use reflet_scene::{
-    Camera, Checker, Group, Image, Instance, Key, Material, Mesh, PointLight, Projector, Scene, Shader,
-    Spotlight, Spread, Stripes, Sun, Surface, Textured,
+    Camera, Checker, Group, Image, Instance, Key, Material, Mesh, PointLight, Projector, Scene,
+    Shader, Shading, Spotlight, Spread, Stripes, Sun, Surface, Textured,
 };
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -383,6 +383,9 @@ impl Packer {
                 g.set_mesh(range.start, &mesh, to.as_ref());
             }
             anchor = Anchor { origin: mesh.translate, normal: None };
+            let smooth = mesh.shading == Shading::Smooth && !mesh.data.normals.is_empty();
+            let turn = smooth.then(|| crate::rows::normal_turn(&mesh, to.as_ref()));
+            c.surfaces.set_smooth(i, turn);
             c.surfaces.mesh[i] = Some(Arc::new(mesh));
             c.surfaces.moved_by[i] = to.map(affine_bits);
         } else {
@@ -450,8 +453,8 @@ fn is_pattern(scene: &Scene, key: Key) -> bool {
         || scene.has::<Shader>(key)
 }
 
-fn affine_bits(to: DAffine3) -> [u64; 12] {
-    to.to_cols_array().map(f64::to_bits)
+fn affine_bits(to: DAffine3) -> Box<[u64; 12]> {
+    Box::new(to.to_cols_array().map(f64::to_bits))
 }
 
 /// Rows made for one frame, kept until they are compared with the next frame's.

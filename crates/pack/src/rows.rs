@@ -27,6 +27,7 @@ impl Surfaces {
         self.visible.push(true);
         self.mesh.push(mesh);
         self.moved_by.push(None);
+        self.smooth.push(None);
     }
 
     pub(crate) fn truncate(&mut self, n: usize) {
@@ -39,6 +40,7 @@ impl Surfaces {
         self.visible.truncate(n);
         self.mesh.truncate(n);
         self.moved_by.truncate(n);
+        self.truncate_smooth(n);
     }
 }
 
@@ -212,4 +214,12 @@ fn sin_cos(degrees: f64) -> (f64, f64) {
         2 => (-s, -c),
         _ => (-c, s),
     }
+}
+
+/// How the normals of a mesh's file turn into the scene, but for their length.
+pub(crate) fn normal_turn(mesh: &Mesh, to: Option<&DAffine3>) -> [[f64; 3]; 3] {
+    let own = rotation(mesh.rotate) * mesh.scale;
+    let all = to.map_or(own, |to| to.matrix3 * own);
+    let m = all.inverse().transpose();
+    [0, 1, 2].map(|k| [m.x_axis[k], m.y_axis[k], m.z_axis[k]])
 }

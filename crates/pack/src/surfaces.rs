@@ -43,11 +43,15 @@ pub struct Surfaces {
     /// The placement, for those that are meshes.
     pub mesh: Vec<Option<Arc<Mesh>>>,
     /// For meshes, the bits of the way that groups and instances move them on, if they do.
-    pub moved_by: Vec<Option<[u64; 12]>>,
+    pub moved_by: Vec<Option<Box<[u64; 12]>>>,
+    /// For meshes that are lit by their file's normals, the turn of these, but for their length.
+    pub smooth: Vec<Option<Box<[[f64; 3]; 3]>>>,
     /// How many wear a texture.
     textured: usize,
     /// How many wear expressions.
     shaded: usize,
+    /// How many are smooth.
+    smooth_count: usize,
 }
 
 impl Surfaces {
@@ -75,6 +79,22 @@ impl Surfaces {
             Some(TintPaint::Texture { .. }) => self.textured = count(self.textured, 1),
             Some(TintPaint::Programs(_)) => self.shaded = count(self.shaded, 1),
         }
+    }
+
+    pub(crate) fn set_smooth(&mut self, i: usize, turn: Option<[[f64; 3]; 3]>) {
+        self.smooth_count -= usize::from(self.smooth[i].is_some());
+        self.smooth_count += usize::from(turn.is_some());
+        self.smooth[i] = turn.map(Box::new);
+    }
+
+    pub(crate) fn truncate_smooth(&mut self, n: usize) {
+        let gone = self.smooth.split_off(n.min(self.smooth.len()));
+        self.smooth_count -= gone.iter().filter(|turn| turn.is_some()).count();
+    }
+
+    /// Whether any is lit by normals of its own.
+    pub fn any_smooth(&self) -> bool {
+        self.smooth_count > 0
     }
 
     /// The numbers that a point's tint has: 0, 3 for a texel, 9 for three colours.

@@ -4,7 +4,7 @@ use glam::DVec3;
 use reflet_pack::{Overrides, Packer, SceneHash, SceneHasher};
 use reflet_scene::{
     Attenuation, Camera, Checker, Falloff, Image, Material, Mesh, MeshData, Plane, PointLight,
-    Quad, Scene, Settings, Sphere, Spotlight, Surface, Tiles, TransferCurve, Triangle,
+    Quad, Scene, Settings, Shading, Sphere, Spotlight, Surface, Tiles, TransferCurve, Triangle,
 };
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -70,10 +70,16 @@ impl Nouns {
         let data = MeshData {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2]],
+            ..MeshData::default()
         };
         // Data of its own at each call: the address counts for nothing.
-        let mesh =
-            Mesh { data: Arc::new(data), scale: 1.0, rotate: DVec3::ZERO, translate: three() };
+        let mesh = Mesh {
+            data: Arc::new(data),
+            scale: 1.0,
+            rotate: DVec3::ZERO,
+            translate: three(),
+            shading: Shading::Smooth,
+        };
         scene.spawn((mesh, wear(second)));
         scene.seal();
         scene

@@ -1,16 +1,61 @@
 //! Indexed triangles and their placement.
 
 use crate::fault::{Fault, finite};
+use crate::material::Material;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// What a mesh file holds: vertices and triangles, as columns.
+/// What a mesh file holds: vertices, triangles and materials, as columns. A column that the file has
+/// nothing for is empty.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshData {
     /// Vertex positions, in the file's own unit.
     pub positions: Vec<[f32; 3]>,
     /// Three indices into `positions` a triangle.
     pub triangles: Vec<[u32; 3]>,
+    /// A unit vector a vertex: the normal of the surface that the triangles stand for. Empty if the
+    /// file does not give one for every corner.
+    pub normals: Vec<[f32; 3]>,
+    /// A place in a texture a vertex: u to the right, v up, (0, 0) the lower left corner of the
+    /// picture, (1, 1) the upper right one; beyond that it repeats. Empty if the file does not give
+    /// one for every corner.
+    pub uvs: Vec<[f32; 2]>,
+    /// An index into `materials` a triangle. Empty if the file names no material.
+    pub triangle_materials: Vec<u32>,
+    /// The materials that triangles wear, in the order in which the file first uses them.
+    pub materials: Vec<MeshMaterial>,
+}
+
+/// A material as a mesh file gives it. Colours are linear: red, green, blue.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshMaterial {
+    /// Its name in the file; empty for what wears no material beside others that do.
+    pub name: String,
+    /// Light of its own.
+    pub ambient: [f64; 3],
+    /// The share of a light's intensity that is scattered.
+    pub diffuse: [f64; 3],
+    /// The share of the mirrored ray's intensity.
+    pub specular: [f64; 3],
+}
+
+impl MeshMaterial {
+    /// A grey matt one, for triangles of which the file does not say more than a name.
+    pub fn grey(name: impl Into<String>) -> Self {
+        let Material { ambient, diffuse, specular } = Material::GREY_MATT;
+        let [ambient, diffuse, specular] = [ambient, diffuse, specular].map(|c| c.to_array());
+        MeshMaterial { name: name.into(), ambient, diffuse, specular }
+    }
+}
+
+/// Which normals a mesh is lit and mirrored by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Shading {
+    /// Those of the file, where it has them: between corners they turn smoothly.
+    #[default]
+    Smooth,
+    /// Those of the triangles.
+    Faceted,
 }
 
 /// A mesh in the scene: scaled, then rotated about x, then y, then z, then translated.
@@ -24,6 +69,8 @@ pub struct Mesh {
     pub rotate: DVec3,
     /// The way of the mesh's origin, in the scene's unit.
     pub translate: DVec3,
+    /// Which normals it is lit and mirrored by.
+    pub shading: Shading,
 }
 
 impl Mesh {

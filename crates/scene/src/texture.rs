@@ -8,11 +8,12 @@ use std::sync::Arc;
 /// A picture's texels, linear.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Texture {
-    /// Texels in a row.
+    /// Texels in a row, at least 1.
     pub width: u32,
-    /// Rows.
+    /// Rows, at least 1.
     pub height: u32,
-    /// Red, green, blue, row by row from the top.
+    /// Red, green, blue; row by row from the top, so that texel (x, y) from the upper left corner is
+    /// `texels[y * width + x]`. All are finite.
     pub texels: Vec<[f32; 3]>,
 }
 

@@ -8,8 +8,8 @@ use crate::table::{AnyForm, Field, Form, KeyInfo, Role, Takes};
 use glam::DVec3;
 use reflet_scene::{
     Animation, Attenuation, Camera, Checker, Falloff, Image, Key, Mapping, Material, Place,
-    PointLight, Projector, Settings, Shader, Spotlight, Spread, Stripes, Sun, TexelFilter, Textured, Tiles,
-    TransferCurve,
+    PointLight, Projector, Settings, Shader, Spotlight, Spread, Stripes, Sun, TexelFilter,
+    Textured, Tiles, TransferCurve,
 };
 use std::sync::Arc;
 

@@ -6,7 +6,7 @@ use Takes::{Angles, Direction, Factor, File, Flag, Lengths, Point, Positive};
 use glam::DVec3;
 use reflet_scene::{
     Caps, Cone, Cuboid, Cylinder, Disc, Ellipsoid, Hyperboloid, Mesh, MeshData, Paraboloid, Plane,
-    Quad, Sphere, Torus, Triangle,
+    Quad, Shading, Sphere, Torus, Triangle,
 };
 use std::sync::Arc;
 
@@ -250,18 +250,29 @@ pub(crate) static TORUS: Form<Torus> = Form {
 pub(crate) static MESH: Form<Mesh> = Form {
     maker: "mesh",
     role: Role::Surface,
-    doc: "Triangles from a file in the script's folder: scaled, then rotated about x, y, z, then moved.",
+    doc: "Triangles from a file (OBJ, PLY, STL, glTF or GLB) in the script's folder: scaled, then rotated about x, y, z, then moved.",
     blank: || Mesh {
         data: Arc::new(MeshData::default()),
         scale: 1.0,
         rotate: DVec3::ZERO,
         translate: DVec3::ZERO,
+        shading: Shading::Smooth,
     },
     fields: &[
-        field!("file", File, None, "an OBJ file, relative to the script's folder", data),
+        field!("file", File, None, "the file, relative to the script's folder", data),
         field!("scale", Factor, Some("1"), "the factor of all positions", scale),
         field!("rotate", Angles, Some("[0, 0, 0]"), "degrees about x, then y, then z", rotate),
         field!("translate", Point, Some("[0, 0, 0]"), "the way of the mesh's origin", translate),
+        Field {
+            info: KeyInfo {
+                name: "smooth",
+                takes: Flag,
+                default: Some("true"),
+                doc: "whether the file's own normals are used, if it has them",
+            },
+            get: |m| (m.shading == Shading::Smooth).into(),
+            set: |m, v| m.shading = if v.into() { Shading::Smooth } else { Shading::Faceted },
+        },
     ],
     relations: None,
     normal: None,

@@ -70,6 +70,9 @@ pub struct Options {
     pub max_memory: u64,
     /// What `--set NAME=VALUE` says, in order.
     pub sets: Vec<(String, String)>,
+    /// Folders beside the script's own that its files may come from, in the order in which they are
+    /// looked in.
+    pub assets: Vec<PathBuf>,
     /// Where `print` and `debug` go, with the script's line; stderr by default.
     pub print: Option<Printer>,
     /// Told once if the script runs for more than two seconds; stderr by default.
@@ -82,6 +85,7 @@ impl Default for Options {
             max_operations: 1_000_000_000,
             max_memory: 2 << 30,
             sets: Vec::new(),
+            assets: Vec::new(),
             print: None,
             slow: None,
         }
@@ -94,6 +98,7 @@ impl std::fmt::Debug for Options {
             .field("max_operations", &self.max_operations)
             .field("max_memory", &self.max_memory)
             .field("sets", &self.sets)
+            .field("assets", &self.assets)
             .finish_non_exhaustive()
     }
 }
@@ -146,7 +151,8 @@ impl Stage {
         let options = options.clone();
         let root = source.path.parent().map(PathBuf::from).unwrap_or_default();
         let parameters = Parameters { sets: options.sets.clone(), seen: Vec::new() };
-        let state = Shared::new(State::new(Assets::new(root), parameters));
+        let assets = Assets::new(root).with_folders(options.assets.iter().cloned());
+        let state = Shared::new(State::new(assets, parameters));
         let meter = Arc::new(Meter::default());
         let print = options.print.clone().unwrap_or_else(|| {
             let path = source.path.clone();

@@ -80,7 +80,7 @@ impl Takes {
             Takes::Paint => "a material, or a map #{...} of a material's keys".into(),
             Takes::Image => "the name of a picture file (PNG, JPEG, EXR or PPM), a string".into(),
             Takes::Expression => "a function of the hit point, |p| ..., or a colour".into(),
-            Takes::File => "the name of an OBJ file, a string".into(),
+            Takes::File => "the name of a mesh file, a string".into(),
         }
     }
 }

@@ -238,8 +238,8 @@ impl Tracer<'_> {
     /// Finds the points of the level's own nodes again, without a traversal.
     fn replay(&self, level: &Level, s: &mut TraceScratch) {
         s.replayed += s.known.rays.len() as u64;
-        let g = &self.columns.geometry;
-        dispatch!(self.accel.level(), simd => s.known.replay(simd, g, &level.code));
+        let columns = self.columns;
+        dispatch!(self.accel.level(), simd => s.known.replay(simd, columns, &level.code));
     }
 
     /// Finds what the new rays hit.
@@ -250,8 +250,8 @@ impl Tracer<'_> {
             kind.push(fresh.rays.clone());
         }
         self.accel.closest(&fresh.rays, &mut fresh.hits, &mut s.accel, &mut s.counts);
-        let g = &self.columns.geometry;
-        dispatch!(self.accel.level(), simd => s.fresh.find(simd, g));
+        let columns = self.columns;
+        dispatch!(self.accel.level(), simd => s.fresh.find(simd, columns));
     }
 
     /// Slots of the level's own nodes, as cells are now.
@@ -458,13 +458,23 @@ enum Which {
     Fresh,
 }
 
+/// How far before a cell's border a point counts as on it, relative to the coordinates at hand: 16
+/// units in the last place (2^-24) of p. A face of a box often lies in a border of the cells that
+/// begin there, and must not be speckled by p's rounding.
+const BORDER: f32 = 1.0 / 1_048_576.0;
+
 /// Whether p lies in a cell whose numbers sum up to an odd one.
 fn is_odd(cells: &Cells, p: [f32; 3]) -> bool {
+    let largest =
+        |v: &[f32; 3]| v.iter().fold(0.0f32, |m, x| if x.abs() > m { x.abs() } else { m });
     let way = [p[0] - cells.origin[0], p[1] - cells.origin[1], p[2] - cells.origin[2]];
+    // Tiles are across the flat surface that they lie on: it is in no border of theirs.
+    let tiles = cells.axes[1] != [0.0; 3] && cells.axes[2] == [0.0; 3];
+    let reach = if tiles { 0.0 } else { BORDER * (largest(&p) + largest(&cells.origin)) };
     // A direction that is not in use has cell 0 everywhere, which is even.
     cells.axes.iter().zip(cells.size).fold(false, |odd, (axis, size)| {
         let along = way[0] * axis[0] + way[1] * axis[1] + way[2] * axis[2];
-        odd ^ is_floor_odd(along / size)
+        odd ^ is_floor_odd((along + reach * largest(axis)) / size)
     })
 }
 

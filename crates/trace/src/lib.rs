@@ -13,6 +13,7 @@
 //! | [`camera`] | pixels to rays |
 //! | [`interact`] | where a ray hit, how the surface lies there |
 //! | `tint` | what pictures and expressions say at hit points |
+//! | `smooth` | normals of meshes that are not those of their triangles |
 //! | [`lighting`] | what each light gives, and whether it is seen |
 //! | [`mirror`] | which nodes reflect, and where to |
 //! | `stream` | the rays of a level on their way to becoming nodes |
@@ -36,6 +37,7 @@ pub mod mirror;
 pub mod palette;
 mod segment;
 pub mod shade;
+mod smooth;
 mod stream;
 mod tint;
 pub mod touch;

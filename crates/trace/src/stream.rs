@@ -1,10 +1,11 @@
 //! The rays of one level on their way to becoming nodes.
 
 use crate::interact::Interactions;
+use crate::smooth;
 use fearless_simd::Simd;
 use reflet_accel::lanes::LANES;
 use reflet_accel::{HitCode, Hits, Rays, known};
-use reflet_pack::Geometry;
+use reflet_pack::Columns;
 
 /// Rays cast, by kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -69,21 +70,24 @@ impl Stream {
     }
 
     #[inline(always)]
-    pub fn find<S: Simd>(&mut self, simd: S, g: &Geometry) {
-        self.points.find(simd, g, &self.rays, &self.hits);
+    pub fn find<S: Simd>(&mut self, simd: S, columns: &Columns) {
+        self.points.find(simd, &columns.geometry, &self.rays, &self.hits);
+        if columns.surfaces.any_smooth() {
+            smooth::turn(columns, &self.rays, &self.hits, &mut self.points);
+        }
     }
 
     /// Finds t of hits that are known but for it, and the points: the same kernel gives the same
     /// bits.
     #[inline(always)]
-    pub fn replay<S: Simd>(&mut self, simd: S, g: &Geometry, codes: &[HitCode]) {
+    pub fn replay<S: Simd>(&mut self, simd: S, columns: &Columns, codes: &[HitCode]) {
         let len = self.rays.len();
         let padded = len.next_multiple_of(LANES);
         self.hits.t.resize(padded, 0.0);
         self.hits.code.clear();
         self.hits.code.extend_from_slice(&codes[..len]);
         self.hits.code.resize(padded, HitCode::NONE);
-        known::distances(simd, g, &self.rays, &self.hits.code, &mut self.hits.t);
-        self.find(simd, g);
+        known::distances(simd, &columns.geometry, &self.rays, &self.hits.code, &mut self.hits.t);
+        self.find(simd, columns);
     }
 }

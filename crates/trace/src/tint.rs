@@ -4,6 +4,7 @@
 //! cosine, arc cosine) comes from `libm`, so that the numbers are the same everywhere.
 
 use crate::interact::Interactions;
+use crate::smooth;
 use crate::trees::Level;
 use fearless_simd::prelude::*;
 use reflet_accel::HitCode;
@@ -61,6 +62,8 @@ pub(crate) fn fill<S: Simd>(
                 for row in rows.iter().map(|row| *row as usize) {
                     let (st, wraps) = match tiles {
                         Some(tiles) => (tiles.map(|t| affine(&t, site.point(row))), Edge::Wraps),
+                        // A mesh's own places may run beyond the picture: it repeats there.
+                        None if tint.charts.is_empty() => (site.uv(tint, row), Edge::Wraps),
                         None => (site.uv(tint, row), Edge::Ends),
                     };
                     let texel = look_up(image, st, *filter, wraps);
@@ -109,8 +112,24 @@ impl Site<'_> {
         let first = self.columns.surfaces.range(surface.index()).start;
         match tint.charts.get(prim.index() - first) {
             Some(chart) => uv(chart, self.point(row)),
-            None => [0.0; 2],
+            None => self.file_uv(surface.index(), prim, row).unwrap_or_default(),
         }
+    }
+
+    /// The place that a mesh's file gives a point in a texture.
+    fn file_uv(&self, surface: usize, prim: PrimId, row: usize) -> Option<[f64; 2]> {
+        let data = &self.columns.surfaces.mesh[surface].as_ref()?.data;
+        let first = self.columns.surfaces.range(surface).start;
+        let corners = data.triangles.get(prim.index() - first)?;
+        let triangles = &self.columns.geometry.triangles;
+        let at = self.columns.geometry.shape[prim.index()].1 as usize;
+        let p = [0, 1, 2].map(|k| self.points.p[k][row]);
+        let mut uv = [0.0; 2];
+        for (corner, weight) in corners.iter().zip(smooth::weights(triangles.points(at), p)) {
+            let own = data.uvs.get(*corner as usize)?;
+            uv = [uv[0] + weight * f64::from(own[0]), uv[1] + weight * f64::from(own[1])];
+        }
+        Some(uv)
     }
 
     /// The inputs of an expression at some rows; zeros in lanes that are left.
@@ -143,16 +162,7 @@ fn uv(chart: &Chart, p: [f64; 3]) -> [f64; 2] {
     };
     match chart.kind {
         ChartKind::Flat => [x, y],
-        ChartKind::Ball => {
-            let y = if y > 1.0 {
-                1.0
-            } else if y < -1.0 {
-                -1.0
-            } else {
-                y
-            };
-            [turn(-z, x), 0.5 + libm::asin(y) / PI]
-        }
+        ChartKind::Ball => [turn(-z, x), 0.5 + libm::asin(y.clamp(-1.0, 1.0)) / PI],
         ChartKind::Around([low, high]) => [turn(y, x), (z - low) / (high - low)],
         ChartKind::Ring(major) => [turn(y, x), turn(z, (x * x + y * y).sqrt() - major)],
     }

@@ -98,7 +98,7 @@ impl Tracer<'_> {
             s.replayed += level.len() as u64;
             let below = below.first().map_or(&[][..], |below| &below.parent);
             dispatch!(self.accel.level(), simd => {
-                s.known.replay(simd, &self.columns.geometry, &level.code);
+                s.known.replay(simd, self.columns, &level.code);
                 let (rays, points) = (&s.known.rays, &s.known.points);
                 mirror::reflect(simd, rays, points, &level.code, below, &mut t.next);
             });

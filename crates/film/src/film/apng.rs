@@ -83,10 +83,7 @@ impl<W: Write> ApngFilm<W> {
         self.sink.write_all(&self.bytes)
     }
 
-    pub(super) fn finish(mut self) -> io::Result<W> {
-        self.bytes.clear();
-        png::chunk(&mut self.bytes, b"IEND", &[]);
-        self.sink.write_all(&self.bytes)?;
-        Ok(self.sink)
+    pub(super) fn finish(self) -> W {
+        self.sink
     }
 }

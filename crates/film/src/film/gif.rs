@@ -3,24 +3,28 @@
 //! within it transparent.
 //!
 //! The palette stands at the file's head and is known only when all frames are: until then what
-//! changed waits, compressed, in memory or beyond some size in a nameless temporary file.
+//! changed waits, compressed, beyond a first megabyte in a file without a name next to the film.
+//! Then it is read again, frame by frame. So memory does not grow with the film's length, and the
+//! disk must hold about twice the film while it is made.
 
 use super::quantise::{Colours, Palette};
 use super::{FilmSpec, Shot};
 use crate::picture::TileRect;
+use crate::safe::explain;
 use std::borrow::Cow;
 use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
-use tempfile::{SpooledTempFile, spooled_tempfile};
+use std::path::{Path, PathBuf};
+use tempfile::{SpooledTempFile, spooled_tempfile_in};
 
 /// Bytes that wait in memory.
-const SPOOLED: usize = 32 << 20;
+const SPOOLED: usize = 1 << 20;
 
 pub(super) struct GifFilm<W: Write> {
     sink: W,
     colours: Colours,
-    /// The stored rectangles, and how long each stays.
-    frames: Vec<(TileRect, u16)>,
     spool: BufWriter<SpooledTempFile>,
+    /// Where `spool` goes, for messages.
+    folder: PathBuf,
 }
 
 impl<W: Write> std::fmt::Debug for GifFilm<W> {
@@ -39,10 +43,58 @@ fn failed(error: gif::EncodingError) -> io::Error {
 /// A pixel that waits: whether it changed, and its colour.
 const CHANGED: u8 = 1;
 
+/// A frame that waits: its rectangle, how long it stays, and how many bytes its pixels are packed
+/// to.
+struct Waiting {
+    stored: TileRect,
+    delay: u16,
+    packed: u64,
+}
+
+impl Waiting {
+    const BYTES: usize = 26;
+
+    fn to_bytes(&self) -> Vec<u8> {
+        let TileRect { x, y, width, height } = self.stored;
+        let mut bytes = [x, y, width, height].map(u32::to_le_bytes).concat();
+        bytes.extend_from_slice(&self.delay.to_le_bytes());
+        bytes.extend_from_slice(&self.packed.to_le_bytes());
+        bytes
+    }
+
+    fn read(spool: &mut impl Read) -> io::Result<Self> {
+        let mut bytes = [0; Self::BYTES];
+        spool.read_exact(&mut bytes)?;
+        let word = |at: usize| u64::from(u32::from_le_bytes([0, 1, 2, 3].map(|i| bytes[at + i])));
+        let [x, y, width, height] = [0, 4, 8, 12].map(|at| word(at) as u32);
+        let delay = u16::from_le_bytes([bytes[16], bytes[17]]);
+        let stored = TileRect { x, y, width, height };
+        Ok(Self { stored, delay, packed: word(18) | word(22) << 32 })
+    }
+}
+
+/// A sink that can be told to take no more: the encoder ends a file by itself, and we end it with
+/// what it was made from.
+struct Ending<W> {
+    sink: W,
+    ended: bool,
+}
+
+impl<W: Write> Write for Ending<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.ended { Ok(bytes.len()) } else { self.sink.write(bytes) }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.sink.flush()
+    }
+}
+
 impl<W: Write> GifFilm<W> {
-    pub(super) fn new(sink: W) -> Self {
-        let spool = BufWriter::new(spooled_tempfile(SPOOLED));
-        Self { sink, colours: Colours::default(), frames: Vec::new(), spool }
+    pub(super) fn new(sink: W, folder: Option<&Path>) -> Self {
+        let folder = folder.map_or_else(std::env::temp_dir, Path::to_owned);
+        let spool = BufWriter::new(spooled_tempfile_in(SPOOLED, &folder));
+        Self { sink, colours: Colours::default(), spool, folder }
     }
 
     pub(super) fn push(&mut self, shot: &Shot<'_>, spec: &FilmSpec) -> io::Result<()> {
@@ -60,18 +112,27 @@ impl<W: Write> GifFilm<W> {
                 }
             }
         }
-        self.frames.push((stored, spec.fps.delay_of(shot.index, 100)));
         let packed = miniz_oxide::deflate::compress_to_vec(&pixels, 1);
-        self.spool.write_all(&(packed.len() as u64).to_le_bytes())?;
-        self.spool.write_all(&packed)
+        let delay = spec.fps.delay_of(shot.index, 100);
+        let waiting = Waiting { stored, delay, packed: packed.len() as u64 };
+        let spool = &mut self.spool;
+        spool
+            .write_all(&waiting.to_bytes())
+            .and_then(|()| spool.write_all(&packed))
+            .map_err(|error| explain("write what waits for the palette in", &self.folder, &error))
     }
 
+    /// All but the file's last byte.
     pub(super) fn finish(self, spec: &FilmSpec) -> io::Result<W> {
-        let mut spool = self.spool.into_inner().map_err(|error| error.into_error())?;
-        spool.rewind()?;
+        let folder = &self.folder;
+        let waits = |error| explain("read what waits for the palette in", folder, &error);
+        let spool = self.spool.into_inner().map_err(|error| error.into_error());
+        let mut spool = spool
+            .map_err(|error| explain("write what waits for the palette in", folder, &error))?;
+        spool.rewind().map_err(waits)?;
         let mut spool = BufReader::new(spool);
         // One index is kept for "unchanged".
-        let spare = usize::from(self.frames.len() > 1);
+        let spare = usize::from(spec.frames > 1);
         let palette = self.colours.palette(256 - spare);
         let transparent = (spare > 0).then_some(palette.colours().len() as u8);
         let mut colours = palette.colours().concat();
@@ -79,20 +140,20 @@ impl<W: Write> GifFilm<W> {
             colours.extend_from_slice(&[0; 3]);
         }
         let (width, height) = (spec.width as u16, spec.height as u16);
-        let mut encoder = gif::Encoder::new(self.sink, width, height, &colours).map_err(failed)?;
+        let sink = Ending { sink: self.sink, ended: false };
+        let mut encoder = gif::Encoder::new(sink, width, height, &colours).map_err(failed)?;
         if spec.frames > 1 {
             encoder.set_repeat(gif::Repeat::Infinite).map_err(failed)?;
         }
-        for (index, (stored, delay)) in self.frames.iter().enumerate() {
-            let mut length = [0; 8];
-            spool.read_exact(&mut length)?;
-            let mut packed = vec![0; u64::from_le_bytes(length) as usize];
-            spool.read_exact(&mut packed)?;
-            let pixels = miniz_oxide::inflate::decompress_to_vec(&packed)
+        for index in 0..spec.frames {
+            let Waiting { stored, delay, packed } = Waiting::read(&mut spool).map_err(waits)?;
+            let mut bytes = vec![0; packed as usize];
+            spool.read_exact(&mut bytes).map_err(waits)?;
+            let pixels = miniz_oxide::inflate::decompress_to_vec(&bytes)
                 .map_err(|error| io::Error::other(format!("GIF: {error}")))?;
             let buffer = indices(&pixels, &palette, transparent.unwrap_or(0));
             let frame = gif::Frame {
-                delay: *delay,
+                delay,
                 dispose: gif::DisposalMethod::Keep,
                 transparent: transparent.filter(|_| index > 0),
                 top: stored.y as u16,
@@ -104,7 +165,8 @@ impl<W: Write> GifFilm<W> {
             };
             encoder.write_frame(&frame).map_err(failed)?;
         }
-        encoder.into_inner().map_err(failed)
+        encoder.get_mut().ended = true;
+        Ok(encoder.into_inner().map_err(failed)?.sink)
     }
 }
 

@@ -1,11 +1,14 @@
 //! Frames to one file: animated GIF, animated PNG, animated WebP, YUV4MPEG2.
 //!
-//! Frames stream: a film of any length takes the memory of two frames. GIF, APNG and WebP store of
+//! Frames stream: a film of any length takes the memory of a few frames. GIF, APNG and WebP store of
 //! each frame the rectangle that holds all pixels that changed, so rows that did not change are not
 //! stored twice. A frame equal to the one before is a patch of one pixel, so that the file has as
 //! many frames as the animation.
 
 mod apng;
+#[cfg(feature = "av1")]
+mod av1;
+pub(crate) mod closing;
 mod fps;
 mod gif;
 mod quantise;
@@ -20,11 +23,12 @@ use crate::format::Format;
 use crate::picture::{Picture, TileRect};
 use crate::still::Compression;
 use std::io::{self, ErrorKind, Write};
+use std::path::PathBuf;
 
 /// What a film is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilmSpec {
-    /// GIF, APNG, WebP, Y4M, or what ffmpeg makes of Y4M.
+    /// GIF, APNG, WebP, Y4M, what ffmpeg makes of Y4M, or AV1.
     pub format: Format,
     /// Pixels across, 1..=65535.
     pub width: u32,
@@ -36,6 +40,9 @@ pub struct FilmSpec {
     pub frames: u32,
     /// For APNG.
     pub compression: Compression,
+    /// The folder for what must wait until all frames are known, in a file without a name (GIF);
+    /// the system's own folder for such files if `None`.
+    pub spool: Option<PathBuf>,
 }
 
 /// What was stored of a frame.
@@ -63,6 +70,8 @@ enum Codec<W: Write> {
     Apng(apng::ApngFilm<W>),
     Webp(webp::WebpFilm<W>),
     Y4m(y4m::Y4mFilm<W>),
+    #[cfg(feature = "av1")]
+    Av1(Box<av1::Av1Film<W>>),
 }
 
 /// Bytes that go over some written before, once the film has ended.
@@ -96,10 +105,20 @@ impl<W: Write> FilmWriter<W> {
             return Err(invalid("a film of no frames".to_owned()));
         }
         let codec = match spec.format {
-            Format::Gif => Codec::Gif(Box::new(gif::GifFilm::new(sink))),
+            Format::Gif => Codec::Gif(Box::new(gif::GifFilm::new(sink, spec.spool.as_deref()))),
             Format::Apng => Codec::Apng(apng::ApngFilm::new(sink, &spec)?),
             Format::Webp => Codec::Webp(webp::WebpFilm::new(sink, &spec)?),
             Format::Y4m | Format::Mp4 | Format::Mkv => Codec::Y4m(y4m::Y4mFilm::new(sink, &spec)?),
+            #[cfg(feature = "av1")]
+            Format::Ivf => Codec::Av1(Box::new(av1::Av1Film::new(sink, &spec)?)),
+            #[cfg(not(feature = "av1"))]
+            Format::Ivf => {
+                return Err(io::Error::new(
+                    ErrorKind::Unsupported,
+                    "this program was built without AV1: build it with `--features av1`, or let \
+                     the output end in .mp4, .webp, .apng, .gif or .y4m",
+                ));
+            }
             still => {
                 return Err(invalid(format!(
                     "{still} is not a film: each frame is a still of its own"
@@ -169,11 +188,15 @@ impl<W: Write> FilmWriter<W> {
             Codec::Apng(film) => film.push(&shot, spec)?,
             Codec::Webp(film) => film.push(&shot, spec)?,
             Codec::Y4m(film) => film.push(&shot)?,
+            #[cfg(feature = "av1")]
+            Codec::Av1(film) => film.push(&shot)?,
         }
         self.pushed += 1;
         Ok(match spec.format {
             // Every frame is stored whole.
-            Format::Y4m | Format::Mp4 | Format::Mkv => Pushed { stored: whole, ..pushed },
+            Format::Y4m | Format::Mp4 | Format::Mkv | Format::Ivf => {
+                Pushed { stored: whole, ..pushed }
+            }
             _ => pushed,
         })
     }
@@ -181,7 +204,7 @@ impl<W: Write> FilmWriter<W> {
     /// What goes over the film's head when it has ended: to be asked for when all frames are in.
     pub fn patch(&self) -> Option<Patch> {
         match &self.codec {
-            Codec::Webp(film) => Some(film.patch()),
+            Codec::Webp(film) => webp::patch(film.length()).ok(),
             _ => None,
         }
     }
@@ -191,20 +214,45 @@ impl<W: Write> FilmWriter<W> {
     /// # Errors
     /// `InvalidInput` if there are fewer frames than announced; what the sink reports.
     pub fn finish(self) -> io::Result<W> {
+        let end = closing::bare(self.spec.format);
+        let mut sink = self.all_but_the_end()?;
+        sink.write_all(&end)?;
+        sink.flush()?;
+        Ok(sink)
+    }
+
+    fn all_but_the_end(self) -> io::Result<W> {
         if self.pushed != self.spec.frames {
             return Err(invalid(format!(
                 "the film was announced with {} frames and has {}",
                 self.spec.frames, self.pushed
             )));
         }
-        let mut sink = match self.codec {
-            Codec::Gif(film) => film.finish(&self.spec)?,
-            Codec::Apng(film) => film.finish()?,
-            Codec::Webp(film) => film.finish(),
-            Codec::Y4m(film) => film.finish(),
+        match self.codec {
+            Codec::Gif(film) => film.finish(&self.spec),
+            Codec::Apng(film) => Ok(film.finish()),
+            Codec::Webp(film) => Ok(film.finish()),
+            Codec::Y4m(film) => Ok(film.finish()),
+            #[cfg(feature = "av1")]
+            Codec::Av1(film) => film.finish(),
+        }
+    }
+}
+
+impl FilmWriter<FilmSink> {
+    /// Ends the film with `texts`, which say what it was made from (with none it says nothing),
+    /// gives the file its name, and tells its length in bytes.
+    ///
+    /// # Errors
+    /// Those of [`FilmWriter::finish`]; what the system says, or ffmpeg.
+    pub fn commit(self, texts: &[(&str, &str)]) -> io::Result<u64> {
+        let format = self.spec.format;
+        let webp = match &self.codec {
+            Codec::Webp(film) => Some(film.length()),
+            _ => None,
         };
-        sink.flush()?;
-        Ok(sink)
+        let patch = |end: usize| webp.map(|length| webp::patch(length + end as u64)).transpose();
+        self.all_but_the_end()?.commit(format, texts, patch)
     }
 }
 

@@ -15,7 +15,7 @@ pub(super) struct WebpFilm<W> {
     length: u64,
 }
 
-fn chunk(out: &mut Vec<u8>, kind: &[u8; 4], data: &[u8]) {
+pub(super) fn chunk(out: &mut Vec<u8>, kind: &[u8; 4], data: &[u8]) {
     out.extend_from_slice(kind);
     out.extend_from_slice(&(data.len() as u32).to_le_bytes());
     out.extend_from_slice(data);
@@ -35,6 +35,18 @@ fn failed(error: EncodingError) -> io::Error {
         EncodingError::IoError(error) => error,
         other => io::Error::other(format!("WebP: {other}")),
     }
+}
+
+/// The length, where it belongs.
+pub(super) fn patch(length: u64) -> io::Result<Patch> {
+    let length = u32::try_from(length).ok().filter(|length| *length < u32::MAX);
+    let length = length.ok_or_else(|| {
+        io::Error::new(
+            ErrorKind::FileTooLarge,
+            "a WebP holds at most 4 GiB: make fewer or smaller frames, or another format",
+        )
+    })?;
+    Ok(Patch { offset: 4, bytes: length.to_le_bytes() })
 }
 
 impl<W: Write> WebpFilm<W> {
@@ -84,18 +96,13 @@ impl<W: Write> WebpFilm<W> {
         let mut bytes = Vec::with_capacity(frame.len() + 9);
         chunk(&mut bytes, b"ANMF", &frame);
         self.length += bytes.len() as u64;
-        if self.length > u64::from(u32::MAX) - 1 {
-            return Err(io::Error::new(
-                ErrorKind::FileTooLarge,
-                "a WebP holds at most 4 GiB: make fewer or smaller frames, or another format",
-            ));
-        }
+        patch(self.length)?;
         self.sink.write_all(&bytes)
     }
 
-    /// The length, where it belongs.
-    pub(super) fn patch(&self) -> Patch {
-        Patch { offset: 4, bytes: (self.length as u32).to_le_bytes() }
+    /// Bytes after the first eight, so far.
+    pub(super) fn length(&self) -> u64 {
+        self.length
     }
 
     pub(super) fn finish(self) -> W {

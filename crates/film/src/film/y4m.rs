@@ -32,26 +32,30 @@ impl<W: Write> Y4mFilm<W> {
         self.bytes.resize(FRAME.len() + pixels * 3, 0);
         let (head, planes) = self.bytes.split_at_mut(FRAME.len());
         head.copy_from_slice(FRAME);
-        let (luma, chroma) = planes.split_at_mut(pixels);
-        let (blue, red) = chroma.split_at_mut(pixels);
-        const PIECE: usize = 1 << 14;
-        let planes = luma
-            .par_chunks_mut(PIECE)
-            .zip(blue.par_chunks_mut(PIECE))
-            .zip(red.par_chunks_mut(PIECE));
-        let pieces = planes.zip(shot.frame.par_chunks(PIECE * 3));
-        pieces.for_each(|(((luma, blue), red), frame)| {
-            let planes = luma.iter_mut().zip(blue).zip(red);
-            for (((luma, blue), red), pixel) in planes.zip(frame.chunks_exact(3)) {
-                [*luma, *blue, *red] = ycbcr([pixel[0], pixel[1], pixel[2]]);
-            }
-        });
+        self::planes(shot.frame, planes);
         self.sink.write_all(&self.bytes)
     }
 
     pub(super) fn finish(self) -> W {
         self.sink
     }
+}
+
+/// Pixels to three planes of as many samples, one after the other.
+pub(super) fn planes(frame: &[u8], planes: &mut [u8]) {
+    let pixels = frame.len() / 3;
+    let (luma, chroma) = planes.split_at_mut(pixels);
+    let (blue, red) = chroma.split_at_mut(pixels);
+    const PIECE: usize = 1 << 14;
+    let planes =
+        luma.par_chunks_mut(PIECE).zip(blue.par_chunks_mut(PIECE)).zip(red.par_chunks_mut(PIECE));
+    let pieces = planes.zip(frame.par_chunks(PIECE * 3));
+    pieces.for_each(|(((luma, blue), red), frame)| {
+        let planes = luma.iter_mut().zip(blue).zip(red);
+        for (((luma, blue), red), pixel) in planes.zip(frame.chunks_exact(3)) {
+            [*luma, *blue, *red] = ycbcr([pixel[0], pixel[1], pixel[2]]);
+        }
+    });
 }
 
 /// The fraction as a multiple of 2^-22, rounded.

@@ -4,8 +4,8 @@ use glam::DVec3;
 use reflet_pack::{Overrides, Packer};
 use reflet_scene::{
     Attenuation, Camera, Caps, Checker, Cuboid, Cylinder, Disc, Ellipsoid, Falloff, Group, Image,
-    Instance, Key, Material, Place, Plane, PointLight, Quad, Scene, Settings, Sphere, Spotlight, Spread,
-    Stripes, Sun, Surface, Tiles, Torus, Triangle,
+    Instance, Key, Material, Place, Plane, PointLight, Quad, Scene, Settings, Sphere, Spotlight,
+    Spread, Stripes, Sun, Surface, Tiles, Torus, Triangle,
 };
 
 /// A small generator of its own: the same scenes on every machine.
@@ -82,7 +82,8 @@ pub fn stage(dice: &mut Dice) -> Stage {
         fov_degrees: 50.0,
     };
     scene.singletons.camera = Some(scene.spawn((camera,)));
-    scene.singletons.image = Some(scene.spawn((Image { width: 41, height: 27, ..Image::default() },)));
+    scene.singletons.image =
+        Some(scene.spawn((Image { width: 41, height: 27, ..Image::default() },)));
     let settings = Settings { max_bounces: 3, ..Settings::default() };
     scene.singletons.settings = Some(scene.spawn((settings,)));
     let mut lights = Vec::new();

@@ -1,0 +1,161 @@
+//! The tree: nodes of eight boxes.
+
+use crate::lanes::{F, LANES, U};
+use fearless_simd::prelude::*;
+use reflet_pack::{Aabb, ShapeKind};
+
+/// An inner node: the boxes of eight children in lanes, four cache lines. Its rows are the least x,
+/// y, z of each child, what each child is, and the greatest x, y, z, so that a bit of a row's number
+/// tells the near face from the far one; floats are kept by their bits.
+#[derive(Clone, Debug)]
+#[repr(C, align(64))]
+pub struct Node {
+    rows: [[u32; LANES]; 8],
+}
+
+impl Node {
+    /// The row of the greatest x; that of the least is 0.
+    pub const HI: usize = 4;
+    const CHILD: usize = 3;
+
+    pub(crate) fn empty() -> Node {
+        let mut node = Node { rows: [[Child::NONE.0; LANES]; 8] };
+        (0..LANES).for_each(|lane| node.set_bounds(lane, &Aabb::EMPTY));
+        node
+    }
+
+    /// A row of faces in lanes.
+    #[inline(always)]
+    pub fn faces<S: Simd>(&self, simd: S, row: usize) -> F<S> {
+        F::from_bits(U::from_slice(simd, &self.rows[row % 8]))
+    }
+
+    /// A child.
+    #[inline(always)]
+    pub fn child(&self, lane: usize) -> Child {
+        Child(self.rows[Self::CHILD][lane % LANES])
+    }
+
+    pub(crate) fn set_child(&mut self, lane: usize, child: Child) {
+        self.rows[Self::CHILD][lane] = child.0;
+    }
+
+    /// Gives each child another name.
+    pub(crate) fn rename(&mut self, name: impl Fn(Child) -> Child) {
+        for child in &mut self.rows[Self::CHILD] {
+            let old = Child(*child);
+            *child = if old.is_none() { old } else { name(old) }.0;
+        }
+    }
+
+    /// The box of a child.
+    pub fn bounds(&self, lane: usize) -> Aabb {
+        let at = |row: usize| f32::from_bits(self.rows[row][lane]);
+        Aabb { lo: [at(0), at(1), at(2)], hi: [at(4), at(5), at(6)] }
+    }
+
+    /// The box of all children.
+    pub fn union(&self) -> Aabb {
+        (0..LANES).fold(Aabb::EMPTY, |all, lane| all.union(&self.bounds(lane)))
+    }
+
+    /// Writes the box of a child.
+    pub fn set_bounds(&mut self, lane: usize, b: &Aabb) {
+        for k in 0..3 {
+            self.rows[k][lane] = b.lo[k].to_bits();
+            self.rows[Self::HI + k][lane] = b.hi[k].to_bits();
+        }
+    }
+}
+
+/// What a child of a node is: another node, or a block of primitives of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Child(pub(crate) u32);
+
+impl Child {
+    /// No child; its box is empty.
+    pub const NONE: Child = Child(u32::MAX);
+    /// The first node.
+    pub const ROOT: Child = Child(0);
+    const LEAF: u32 = 1 << 31;
+    const KIND: u32 = 28;
+
+    pub(crate) fn node(index: usize) -> Child {
+        Child(index as u32)
+    }
+
+    pub(crate) fn block(kind: ShapeKind, index: usize) -> Child {
+        Child(Self::LEAF | (kind as u32) << Self::KIND | index as u32)
+    }
+
+    /// Whether there is no child.
+    pub fn is_none(self) -> bool {
+        self == Self::NONE
+    }
+
+    /// The node's index, or the kind and index of the block.
+    #[inline(always)]
+    pub fn target(self) -> Result<usize, (ShapeKind, usize)> {
+        if self.0 & Self::LEAF == 0 {
+            return Ok(self.0 as usize);
+        }
+        let kind = match (self.0 >> Self::KIND) & 7 {
+            0 => ShapeKind::Sphere,
+            1 => ShapeKind::Plane,
+            2 => ShapeKind::Quad,
+            3 => ShapeKind::Triangle,
+            _ => ShapeKind::Solid,
+        };
+        Err((kind, (self.0 & ((1 << Self::KIND) - 1)) as usize))
+    }
+}
+
+/// Nodes; the first is the root. Empty if there is no bounded primitive.
+#[derive(Clone, Debug, Default)]
+pub struct Tree {
+    /// The nodes.
+    pub nodes: Vec<Node>,
+    /// The number of levels.
+    pub depth: usize,
+    /// The sum of the edges of the box of all.
+    pub extent: f32,
+    /// The least x, y, z of the box of all.
+    pub least: [f32; 3],
+    /// 1 over its edges.
+    pub per_extent: [f32; 3],
+}
+
+impl Tree {
+    /// Takes the measures of the box of all.
+    pub fn measure(&mut self) {
+        let Some(root) = self.nodes.first() else { return };
+        let b = root.union();
+        self.least = b.lo;
+        let edges = [0, 1, 2].map(|k| b.hi[k] - b.lo[k]);
+        self.extent = edges.iter().sum();
+        self.per_extent = edges.map(|e| 1.0 / e);
+    }
+
+    /// The chance that a ray which meets the root visits each child, summed over all children, and
+    /// 1 for the root itself (Goldsmith and Salmon, "Automatic Creation of Object Hierarchies for
+    /// Ray Tracing", 1987).
+    pub fn sah_cost(&self) -> f32 {
+        let Some(root) = self.nodes.first() else { return 0.0 };
+        1.0 + self.area() / half_area(&root.union())
+    }
+
+    /// Half the area of the boxes of all children.
+    pub fn area(&self) -> f32 {
+        let area = |n: &Node| (0..LANES).map(|i| half_area(&n.bounds(i))).sum::<f32>();
+        self.nodes.iter().map(|n| f64::from(area(n))).sum::<f64>() as f32
+    }
+}
+
+pub(crate) fn half_area(b: &Aabb) -> f32 {
+    if b.is_empty() {
+        return 0.0;
+    }
+    let e = [0, 1, 2].map(|k| b.hi[k] - b.lo[k]);
+    e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
+}

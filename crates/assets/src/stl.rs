@@ -1,0 +1,187 @@
+//! STL to columns: ascii and binary.
+//!
+//! Source: 3D Systems, "StereoLithography Interface Specification", 1989. Facets hold their corners
+//! one by one; corners of the same bits become one vertex, so that neighbours share it. The facets'
+//! own normals are left out: they follow from the corners.
+
+use crate::error::Fault;
+use crate::finish::finish;
+use crate::words::{Words, shown};
+use reflet_scene::MeshData;
+use std::collections::HashMap;
+
+/// What an STL file holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stl {
+    /// The vertices and the triangles that have an area.
+    pub data: MeshData,
+    /// Triangles left out because they have no area.
+    pub without_area: u64,
+}
+
+/// Bytes of a binary file before its facets, and of a facet.
+const HEAD: usize = 84;
+const FACET: usize = 50;
+
+/// The triangles of an STL file. It is binary if its length is what its number of facets asks for
+/// (some binary files begin with `solid`, too).
+///
+/// # Errors
+/// A file that ends too early, words that do not belong there, numbers that are not finite, and a
+/// file without any facet; with the line or the byte.
+pub fn parse(bytes: &[u8]) -> Result<Stl, Fault> {
+    let facets = bytes
+        .get(80..HEAD)
+        .map(|count| u64::from(u32::from_le_bytes([count[0], count[1], count[2], count[3]])));
+    let wanted = facets.map(|facets| HEAD as u64 + facets * FACET as u64);
+    let start = bytes.trim_ascii_start();
+    let mut mesh = Merged::default();
+    if wanted == Some(bytes.len() as u64) {
+        binary(bytes, &mut mesh)?;
+    } else if start.len() >= 5 && start[..5].eq_ignore_ascii_case(b"solid") {
+        ascii(bytes, &mut mesh)?;
+    } else if let (Some(facets), Some(wanted)) = (facets, wanted) {
+        let message = format!(
+            "announces {facets} facets, which take {wanted} bytes, and has {}; is it an STL file?",
+            bytes.len()
+        );
+        return Err(Fault::byte(80, message));
+    } else {
+        return Err(Fault::byte(bytes.len(), "the file ends too early; is it an STL file?"));
+    }
+    let mut data = mesh.data;
+    if data.triangles.is_empty() {
+        return Err(Fault::file("holds no facet"));
+    }
+    let without_area = finish(&mut data);
+    Ok(Stl { data, without_area })
+}
+
+/// How many vertices are found again without a look at all of them.
+const RECENT: usize = 1 << 14;
+
+/// Vertices by their bits.
+struct Merged {
+    data: MeshData,
+    known: HashMap<[u32; 3], u32>,
+    /// Facets that follow one another mostly share vertices; each has one place here.
+    recent: Vec<([u32; 3], u32)>,
+}
+
+impl Default for Merged {
+    fn default() -> Self {
+        // Not the bits of a number that a file may hold.
+        let recent = vec![([u32::MAX; 3], 0); RECENT];
+        Self { data: MeshData::default(), known: HashMap::new(), recent }
+    }
+}
+
+impl Merged {
+    fn vertex(&mut self, position: [f32; 3]) -> u32 {
+        let bits = position.map(f32::to_bits);
+        let mixed = bits
+            .iter()
+            .fold(0_u32, |sum, part| (sum.rotate_left(11) ^ part).wrapping_mul(0x9e37_79b1));
+        let place = &mut self.recent[mixed as usize >> 18];
+        if place.0 == bits {
+            return place.1;
+        }
+        let next = self.data.positions.len() as u32;
+        let index = *self.known.entry(bits).or_insert(next);
+        if index == next {
+            self.data.positions.push(position);
+        }
+        *place = (bits, index);
+        index
+    }
+
+    fn facet(&mut self, corners: [[f32; 3]; 3]) {
+        let triangle = corners.map(|corner| self.vertex(corner));
+        self.data.triangles.push(triangle);
+    }
+}
+
+const NOT_FINITE: &str = "a number is not finite, or beyond the range of f32; scale the mesh";
+
+fn binary(bytes: &[u8], mesh: &mut Merged) -> Result<(), Fault> {
+    let facets = bytes[HEAD..].chunks_exact(FACET);
+    mesh.data.triangles.reserve(facets.len());
+    mesh.known.reserve(facets.len() / 2);
+    for (index, facet) in facets.enumerate() {
+        let mut corners = [[0.0; 3]; 3];
+        for (i, raw) in facet[12..48].as_chunks::<4>().0.iter().enumerate() {
+            let value = f32::from_le_bytes(*raw);
+            if !value.is_finite() {
+                return Err(Fault::byte(HEAD + index * FACET + 12 + 4 * i, NOT_FINITE));
+            }
+            corners[i / 3][i % 3] = value;
+        }
+        mesh.facet(corners);
+    }
+    Ok(())
+}
+
+/// Words of any case; the line breaks between them do not matter, but for the names of solids.
+fn ascii(bytes: &[u8], mesh: &mut Merged) -> Result<(), Fault> {
+    let mut words = Words::of(bytes);
+    let mut solid = false;
+    while let Some(word) = next(&mut words) {
+        let word_is = |wanted: &[u8]| word.eq_ignore_ascii_case(wanted);
+        if word_is(b"solid") || word_is(b"endsolid") {
+            solid = word_is(b"solid");
+            words.rest();
+        } else if word_is(b"facet") && solid {
+            expect(&mut words, "normal")?;
+            for _ in 0..3 {
+                // Some programs write `nan` for facets without area.
+                next(&mut words).ok_or_else(|| ends(&words))?;
+            }
+            expect(&mut words, "outer")?;
+            expect(&mut words, "loop")?;
+            let mut corners = [[0.0; 3]; 3];
+            for corner in &mut corners {
+                expect(&mut words, "vertex")?;
+                for value in corner {
+                    let word = next(&mut words).ok_or_else(|| ends(&words))?;
+                    *value = crate::words::number(word, words.line, "vertex")?;
+                }
+            }
+            expect(&mut words, "endloop")?;
+            expect(&mut words, "endfacet")?;
+            mesh.facet(corners);
+        } else {
+            let message = format!("{} does not belong here; is it an STL file?", shown(word));
+            return Err(Fault::line(words.line, message));
+        }
+    }
+    if solid {
+        return Err(ends(&words));
+    }
+    Ok(())
+}
+
+fn ends(words: &Words<'_>) -> Fault {
+    Fault::line(words.line, "the file ends too early: `endsolid` is missing")
+}
+
+/// The next word, on whatever line.
+fn next<'a>(words: &mut Words<'a>) -> Option<&'a [u8]> {
+    loop {
+        match words.next() {
+            Some(word) => return Some(word),
+            None if words.is_empty() => return None,
+            None => words.next_line(),
+        }
+    }
+}
+
+fn expect(words: &mut Words<'_>, wanted: &str) -> Result<(), Fault> {
+    match next(words) {
+        Some(word) if word.eq_ignore_ascii_case(wanted.as_bytes()) => Ok(()),
+        Some(word) => {
+            let message = format!("{} stands where `{wanted}` belongs", shown(word));
+            Err(Fault::line(words.line, message))
+        }
+        None => Err(ends(words)),
+    }
+}
