@@ -52,10 +52,14 @@ pub fn render(path: &Path, script: &str, arguments: &[&str]) -> Result<Rendered,
         let said = String::from_utf8_lossy(&run.stderr);
         return Err(format!("{}: {}\n{said}", path.display(), run.status));
     }
+    let events = String::from_utf8_lossy(&run.stdout).into_owned();
+    // A frame of an animation has its number in its name.
+    let written = events.split("\"path\":\"").nth(1).and_then(|rest| rest.split('"').next());
+    let out = written.map_or(out, PathBuf::from);
     let bytes = std::fs::read(&out).map_err(|e| format!("{}: {e}", out.display()))?;
     let picture = read_pfm(&bytes).map_err(|e| format!("{}: {e}", out.display()))?;
     std::fs::remove_file(&out).map_err(|e| format!("{}: {e}", out.display()))?;
-    Ok(Rendered { picture, events: String::from_utf8_lossy(&run.stdout).into_owned() })
+    Ok(Rendered { picture, events })
 }
 
 /// Renders `script`; a failure ends the test. `name` must be unique among a test program's calls.
