@@ -76,8 +76,7 @@ fn edges_get_all_positions_and_the_rest_one() {
         let few = sampled(&text, &format!("{SAMPLES}, adaptive: true")).expect("an image");
         let rendered = |kind: &str, text: &str| {
             let path = folder.join(format!("{name}-{kind}.rhai"));
-            render(&path, text, &["--frames", &frame, "--size", "320x180"])
-                .unwrap_or_else(|e| panic!("{e}"))
+            render(&path, text, &["--frames", &frame]).unwrap_or_else(|e| panic!("{e}"))
         };
         let (all, few) = (rendered("all", &all), rendered("few", &few));
         let alike = |i: usize| {

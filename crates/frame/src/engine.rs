@@ -158,8 +158,8 @@ impl Engine {
         let bounces = columns.model.max_bounces;
         let mut edge = self.options.tile;
         if columns.spread == Spread::Edges {
-            // As Grid::new does, with room for the apron.
-            edge = edge.clamp(1, Grid::MAX_EDGE / 2).next_power_of_two();
+            // Larger, since each has an apron to trace, and with room for that.
+            edge = (2 * edge).clamp(1, Grid::MAX_EDGE / 2).next_power_of_two();
             let nodes = |edge: u32| u64::from((edge + 2) * (edge + 2)) * (u64::from(bounces) + 1);
             while edge > 1 && nodes(edge) > 65_535 {
                 edge /= 2;

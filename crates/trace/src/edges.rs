@@ -1,8 +1,8 @@
 //! Where a picture has edges: the pixels that are worth more than one sample.
 //!
 //! A pixel has one where its ray tree differs in kind from that of a neighbour: in what it hit, in
-//! the pattern's cell, or in which lights reach it, at any level; and wherever it meets a texture or
-//! a shader. Chosen by trees, never by colour, so that the choice can be kept with them and does not
+//! the pattern's cell, or in which lights reach it, at any level; and wherever it meets a texture, a
+//! shader or a projector's picture. Chosen by trees, never by colour, so that the choice can be kept with them and does not
 //! flicker.
 
 use crate::grid::TileRect;
@@ -83,13 +83,17 @@ impl Tracer<'_> {
                     let surface = trees.palette[usize::from(slot) - 1].surface;
                     self.columns.paint(surface).tint.is_some()
                 };
-                if tinted || *kind == EDGE {
+                let lights = level.light.iter().zip(&self.columns.lights.slide);
+                let pictured =
+                    lights.clone().any(|(terms, slide)| slide.is_some() && terms[row] != 0.0);
+                if tinted || pictured || *kind == EDGE {
                     *kind = EDGE;
                     continue;
                 }
                 let mut own = mix(*kind, u64::from(slot));
                 own = mix(own, u64::from(self.face(level.code[row])));
-                for terms in &level.light {
+                own = mix(own, u64::from(level.cell.get(row).copied().unwrap_or_default()));
+                for (terms, _) in lights {
                     own = mix(own, u64::from(terms[row] != 0.0));
                 }
                 // A kind of its own stands for edges.

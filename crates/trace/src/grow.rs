@@ -16,7 +16,7 @@ use reflet_accel::{Accel, HitCode, RayCounts, Rays, Scratch};
 use reflet_pack::lights::Channel;
 use reflet_pack::surfaces::Cells;
 use reflet_pack::view::Projection;
-use reflet_pack::{Columns, LightId};
+use reflet_pack::{Columns, LightId, Spread};
 
 /// Memory of one thread for the first pass, and what it counted.
 #[derive(Default)]
@@ -257,7 +257,11 @@ impl Tracer<'_> {
     /// Slots of the level's own nodes, as cells are now.
     fn look_up_cells(&self, level: &mut Level, palette: &mut Vec<Slot>, s: &mut TraceScratch) {
         for (row, code) in level.code.iter().enumerate() {
-            level.slot[row] = self.slot(*code, s.known.point(row), palette, &mut s.palette);
+            let (slot, cell) = self.slot(*code, s.known.point(row), palette, &mut s.palette);
+            level.slot[row] = slot;
+            if let Some(to) = level.cell.get_mut(row) {
+                *to = cell;
+            }
         }
         self.tint(level, 0, Which::Known, s);
     }
@@ -271,7 +275,11 @@ impl Tracer<'_> {
             let total = if code.is_none() { 1.0 } else { fresh.totals[row] + fresh.hits.t[row] };
             level.code.push(code);
             level.total.push(total);
-            level.slot.push(self.slot(code, fresh.point(row), palette, &mut s.palette));
+            let (slot, cell) = self.slot(code, fresh.point(row), palette, &mut s.palette);
+            level.slot.push(slot);
+            if self.columns.spread == Spread::Edges {
+                level.cell.push(cell);
+            }
         }
         self.tint(level, level.len() - s.fresh.rays.len(), Which::Fresh, s);
     }
@@ -295,17 +303,19 @@ impl Tracer<'_> {
         dispatch!(self.accel.level(), simd => tint::fill(simd, columns, points, out, scratch));
     }
 
+    /// The slot of what was hit, and the cell of its pattern.
     fn slot(
         &self,
         code: HitCode,
         p: [f32; 3],
         palette: &mut Vec<Slot>,
         index: &mut PaletteIndex,
-    ) -> u16 {
-        let Some(prim) = code.prim() else { return 0 };
+    ) -> (u16, u32) {
+        let Some(prim) = code.prim() else { return (0, 0) };
         let surface = self.columns.surface_of(prim);
-        let odd = self.columns.paint(surface).cells.as_ref().is_some_and(|c| is_odd(c, p));
-        index.number(Slot { surface, odd }, palette)
+        let cells = self.columns.paint(surface).cells.as_ref();
+        let (odd, cell) = cells.map_or((false, 0), |cells| cell_of(cells, p));
+        (index.number(Slot { surface, odd }, palette), cell)
     }
 
     /// One column a light: of all nodes for those in `relight`, else of the new ones.
@@ -463,8 +473,8 @@ enum Which {
 /// begin there, and must not be speckled by p's rounding.
 const BORDER: f32 = 1.0 / 1_048_576.0;
 
-/// Whether p lies in a cell whose numbers sum up to an odd one.
-fn is_odd(cells: &Cells, p: [f32; 3]) -> bool {
+/// Whether p lies in a cell whose numbers sum up to an odd one, and these numbers as a hash.
+fn cell_of(cells: &Cells, p: [f32; 3]) -> (bool, u32) {
     let largest =
         |v: &[f32; 3]| v.iter().fold(0.0f32, |m, x| if x.abs() > m { x.abs() } else { m });
     let way = [p[0] - cells.origin[0], p[1] - cells.origin[1], p[2] - cells.origin[2]];
@@ -472,23 +482,24 @@ fn is_odd(cells: &Cells, p: [f32; 3]) -> bool {
     let tiles = cells.axes[1] != [0.0; 3] && cells.axes[2] == [0.0; 3];
     let reach = if tiles { 0.0 } else { BORDER * (largest(&p) + largest(&cells.origin)) };
     // A direction that is not in use has cell 0 everywhere, which is even.
-    cells.axes.iter().zip(cells.size).fold(false, |odd, (axis, size)| {
+    cells.axes.iter().zip(cells.size).fold((false, 0), |(odd, hash), (axis, size)| {
         let along = way[0] * axis[0] + way[1] * axis[1] + way[2] * axis[2];
-        odd ^ is_floor_odd((along + reach * largest(axis)) / size)
+        let floor = floor((along + reach * largest(axis)) / size);
+        (odd ^ (floor & 1 == 1), (hash ^ floor as u32).wrapping_mul(0x9e37_79b1).rotate_left(15))
     })
 }
 
-/// Whether the greatest whole number not above `x` is odd. Beyond 2^24 every `f32` is even, and
-/// below 2^31 truncation is exact; `floor` itself is a call on machines without SSE4.1.
-fn is_floor_odd(x: f32) -> bool {
+/// The greatest whole number not above `x`; 0 beyond 2^31, where every `f32` is even, as from 2^24 on.
+/// Below that truncation is exact; `f32::floor` is a call on machines without SSE4.1.
+fn floor(x: f32) -> i32 {
     let whole = x as i32;
     let floor = whole.wrapping_sub(i32::from(whole as f32 > x));
-    x.abs() < 2_147_483_648.0 && floor & 1 == 1
+    if x.abs() < 2_147_483_648.0 { floor } else { 0 }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::is_floor_odd;
+    use super::floor;
 
     #[test]
     fn cells_are_counted_as_floor_counts_them() {
@@ -497,8 +508,11 @@ mod tests {
         for x in
             near.into_iter().flat_map(|x: f32| [x, x.next_up(), x.next_down(), -x, -x.next_up()])
         {
-            let floor = f64::from(x).floor();
-            assert_eq!(is_floor_odd(x), floor.rem_euclid(2.0) == 1.0, "{x}");
+            let exact = f64::from(x).floor();
+            assert_eq!(floor(x) & 1 == 1, exact.rem_euclid(2.0) == 1.0, "{x}");
+            if exact.abs() < 2e9 {
+                assert_eq!(f64::from(floor(x)), exact, "{x}");
+            }
         }
     }
 }

@@ -23,6 +23,9 @@ pub struct Level {
     /// What pictures and expressions say there, a column a number; see
     /// [`reflet_pack::surfaces::Surfaces::tint_channels`].
     pub tint: Vec<Vec<f32>>,
+    /// Which cell of its surface's pattern each lies in, as a hash. Empty unless samples are spent at
+    /// edges.
+    pub cell: Vec<u32>,
     /// Where the ray ended, as three columns: the hit point, or a miss's unit direction. Empty
     /// unless the trees keep their points.
     pub at: [Vec<f32>; 3],
@@ -56,6 +59,7 @@ impl Level {
         self.slot.clear();
         self.total.clear();
         self.parent.clear();
+        self.cell.clear();
         for column in self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at) {
             column.clear();
         }
@@ -67,6 +71,7 @@ impl Level {
         remove(&mut self.slot, marked);
         remove(&mut self.total, marked);
         remove(&mut self.parent, marked);
+        remove(&mut self.cell, marked);
         let columns = self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at);
         columns.for_each(|column| remove(column, marked));
     }
@@ -76,6 +81,9 @@ impl Level {
         self.code[row] = by.code[from];
         self.slot[row] = by.slot[from];
         self.total[row] = by.total[from];
+        if let (Some(cell), Some(new)) = (self.cell.get_mut(row), by.cell.get(from)) {
+            *cell = *new;
+        }
         let columns = self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at);
         for (column, new) in columns.zip(by.light.iter().chain(&by.tint).chain(&by.at)) {
             column[row] = new[from];
@@ -88,6 +96,7 @@ impl Level {
         self.slot.extend_from_slice(&other.slot);
         self.total.extend_from_slice(&other.total);
         self.parent.extend(other.parent.iter().map(|p| parent(*p)));
+        self.cell.extend_from_slice(&other.cell);
         self.light.resize_with(other.light.len(), Vec::new);
         self.tint.resize_with(other.tint.len(), Vec::new);
         let columns = self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at);
@@ -106,7 +115,7 @@ impl Level {
     }
 
     fn cells(&self) -> usize {
-        let points = self.at.iter().map(Vec::len).sum::<usize>() * 4;
+        let points = (self.at.iter().map(Vec::len).sum::<usize>() + self.cell.len()) * 4;
         self.len() * (4 + 2 + 4 + 2 + 4 * (self.light.len() + self.tint.len())) + points
     }
 }
