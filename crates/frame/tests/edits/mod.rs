@@ -2,11 +2,14 @@
 
 use glam::DVec3;
 use reflet_pack::{Overrides, Packer};
+use reflet_scene::program::{Binary, Coordinate, Op, Unary};
 use reflet_scene::{
     Attenuation, Camera, Caps, Checker, Cuboid, Cylinder, Disc, Ellipsoid, Falloff, Group, Image,
-    Instance, Key, Material, Place, Plane, PointLight, Quad, Scene, Settings, Sphere, Spotlight,
-    Spread, Stripes, Sun, Surface, Tiles, Torus, Triangle,
+    Instance, Key, Mapping, Material, Place, Plane, PointLight, Program, Projector, Quad, Scene,
+    Settings, Shader, Sphere, Spotlight, Spread, Stripes, Sun, Surface, TexelFilter, Texture,
+    Textured, Tiles, Torus, Triangle,
 };
+use std::sync::Arc;
 
 /// A small generator of its own: the same scenes on every machine.
 pub struct Dice(pub u64);
@@ -45,8 +48,8 @@ pub struct Stage {
     pub packer: Packer,
     materials: Vec<Key>,
     checkers: Vec<Key>,
-    /// Blocks and stripes.
-    patterns: [Key; 2],
+    /// Blocks, stripes, a texture and a shader.
+    patterns: [Key; 4],
     spheres: Vec<Key>,
     flats: Vec<Key>,
     solids: Vec<Key>,
@@ -60,6 +63,33 @@ pub struct Stage {
 fn material(dice: &mut Dice) -> Material {
     let specular = if dice.below(2) == 0 { DVec3::ZERO } else { dice.colour() };
     Material { ambient: dice.colour() * 0.2, diffuse: dice.colour(), specular }
+}
+
+/// A small picture; some of its texels are black, which nothing shines through.
+fn picture(dice: &mut Dice) -> Arc<Texture> {
+    let (width, height) = (3, 2);
+    let black = [0.0; 3];
+    let texel = |dice: &mut Dice| dice.colour().to_array().map(|x| x as f32);
+    let texels = 0..width * height;
+    let texels = texels.map(|_| if dice.below(4) == 0 { black } else { texel(dice) }).collect();
+    Arc::new(Texture { width, height, texels })
+}
+
+/// 0 and 1 in turn along x and the noise of a point: where it is 0, nothing is mirrored.
+fn waves(frequency: f32) -> Arc<Program> {
+    let ops = vec![
+        Op::Coordinate(Coordinate::X),
+        Op::Coordinate(Coordinate::Y),
+        Op::Coordinate(Coordinate::NormalZ),
+        Op::Noise([0, 1, 2]),
+        Op::Constant(frequency),
+        Op::Binary(Binary::Multiply, 0, 4),
+        Op::Binary(Binary::Add, 5, 3),
+        Op::Unary(Unary::Sin, 6),
+        Op::Constant(0.0),
+        Op::Binary(Binary::Max, 7, 8),
+    ];
+    Arc::new(Program { ops, colour: [9, 9, 3] })
 }
 
 /// A random scene.
@@ -129,7 +159,36 @@ pub fn stage(dice: &mut Dice) -> Stage {
         width: 0.3,
         xdir: DVec3::new(1.0, 0.5, 0.2),
     };
-    let patterns = [scene.spawn((blocks,)), scene.spawn((stripes,))];
+    let textured = Textured {
+        base: dice.pick(&materials),
+        image: picture(dice),
+        mode: Mapping::Fit,
+        size: [1.0, 1.0],
+        xdir: DVec3::X,
+        filter: [TexelFilter::Bilinear, TexelFilter::Nearest][dice.below(2)],
+    };
+    let shader = Shader {
+        base: dice.pick(&materials),
+        ambient: None,
+        diffuse: Some(waves(2.0)),
+        specular: (dice.below(2) == 0).then(|| waves(3.0)),
+    };
+    let patterns = [
+        scene.spawn((blocks,)),
+        scene.spawn((stripes,)),
+        scene.spawn((textured,)),
+        scene.spawn((shader,)),
+    ];
+    let projector = Projector {
+        at: dice.point(1.0) + DVec3::new(0.0, 3.0, 5.0),
+        aim: DVec3::ZERO,
+        up: DVec3::Y,
+        angle_degrees: 25.0,
+        image: picture(dice),
+        emissivity: DVec3::splat(8.0),
+        falloff: Falloff::Inverse,
+    };
+    lights.push(scene.spawn((projector,)));
     let flag = Triangle { a: dice.point(2.0), b: dice.point(2.0), c: dice.point(2.0) };
     flats.push(scene.spawn((flag, wear(dice))));
     let mut solids = Vec::new();
@@ -183,7 +242,7 @@ pub fn stage(dice: &mut Dice) -> Stage {
 }
 
 /// How many kinds of edits there are.
-pub const EDITS: usize = 25;
+pub const EDITS: usize = 28;
 
 /// Edits a scene as a frame function would.
 pub fn edit(kind: usize, stage: &mut Stage, dice: &mut Dice) {
@@ -359,6 +418,25 @@ pub fn edit(kind: usize, stage: &mut Stage, dice: &mut Dice) {
             let eye = DVec3::new(0.3, 1.5, 6.0);
             let (look_at, up, height) = (DVec3::ZERO, DVec3::Y, 5.0);
             s.set(key, Camera::Parallel { eye, look_at, up, height });
+        }
+        25 => {
+            let mut shader: Shader = s.get(stage.patterns[3]).expect("a shader");
+            shader.specular = (dice.below(3) > 0).then(|| waves(dice.range(1.0, 5.0) as f32));
+            s.set(stage.patterns[3], shader);
+        }
+        26 => {
+            let mut textured: Textured = s.get(stage.patterns[2]).expect("a texture");
+            textured.image = picture(dice);
+            s.set(stage.patterns[2], textured);
+        }
+        27 => {
+            let mut projector: Projector = s.get(stage.lights[4]).expect("a projector");
+            if dice.below(2) == 0 {
+                projector.aim += dice.point(0.5);
+            } else {
+                projector.emissivity = dice.colour() * 9.0;
+            }
+            s.set(stage.lights[4], projector);
         }
         _ => {
             let key = dice.pick(&stage.checkers);
