@@ -357,6 +357,7 @@ impl Kind {
     pub fn with_article(self) -> String {
         match self.name() {
             "settings" => "the settings".into(),
+            "stripes" => "stripes".into(),
             name if name.starts_with(['a', 'e', 'i', 'o', 'u']) => format!("an {name}"),
             name => format!("a {name}"),
         }
