@@ -38,6 +38,17 @@ fn speed(rays: usize, mut round: impl FnMut() -> (Duration, usize)) -> Figure {
     (rays as f64 * 1e-6 / times[times.len() / 2].as_secs_f64(), hits)
 }
 
+/// Mprims/s of the better of two builds, the first of which finds its memory.
+fn build<T>(prims: usize, make: impl Fn() -> T) -> (f64, T) {
+    let once = || {
+        let start = ProcessTime::now();
+        let made = make();
+        (start.elapsed(), made)
+    };
+    let (first, (second, made)) = (once().0, once());
+    (prims as f64 * 1e-6 / first.min(second).as_secs_f64(), made)
+}
+
 fn ours(work: &Workload) -> (f64, Vec<Figure>) {
     let mut g = Geometry::default();
     match &work.shapes {
@@ -50,9 +61,8 @@ fn ours(work: &Workload) -> (f64, Vec<Figure>) {
     }
     let level = Isa::Auto.level().expect("always");
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
-    let start = ProcessTime::now();
-    let accel = pool.install(|| Accel::build(&g, level, Structure::Auto));
-    let build = g.len() as f64 * 1e-6 / start.elapsed().as_secs_f64();
+    let make = || pool.install(|| Accel::build(&g, level, Structure::Auto));
+    let (build, accel) = build(g.len(), make);
     let kind = |(name, rows): &(String, Vec<[f32; 8]>)| {
         let mut rays = Rays::default();
         for [ox, oy, oz, t_min, dx, dy, dz, t_max] in rows.iter().copied() {
@@ -106,13 +116,11 @@ impl Ball {
 
 fn obvhs(work: &Workload) -> (f64, Vec<Figure>) {
     let params = BvhBuildParams::medium_build();
-    let mut spent = Duration::ZERO;
     match &work.shapes {
         Shapes::Spheres(rows) => {
             let balls: Vec<Ball> = rows.iter().map(|row| Ball(*row)).collect();
-            let start = ProcessTime::now();
-            let bvh = build_cwbvh(&balls, params, &mut spent);
-            let build = balls.len() as f64 * 1e-6 / start.elapsed().as_secs_f64();
+            let make = || build_cwbvh(&balls, params, &mut Duration::default());
+            let (build, bvh) = build(balls.len(), make);
             let own: Vec<Ball> =
                 bvh.primitive_indices.iter().map(|i| balls[*i as usize].clone()).collect();
             (build, cast(&bvh, work, |ray, i| own[i].intersect(ray)))
@@ -121,9 +129,8 @@ fn obvhs(work: &Workload) -> (f64, Vec<Figure>) {
             let faces: Vec<Triangle> = (work.shapes.triangles())
                 .map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() })
                 .collect();
-            let start = ProcessTime::now();
-            let bvh = build_cwbvh(&faces, params, &mut spent);
-            let build = faces.len() as f64 * 1e-6 / start.elapsed().as_secs_f64();
+            let make = || build_cwbvh(&faces, params, &mut Duration::default());
+            let (build, bvh) = build(faces.len(), make);
             let own: Vec<Triangle> =
                 bvh.primitive_indices.iter().map(|i| faces[*i as usize]).collect();
             (build, cast(&bvh, work, |ray, i| own[i].intersect(ray)))
