@@ -92,7 +92,9 @@ fn no_format_succeeds_where_its_files_do_not_fit() {
                 command.args(words(format, &folder, size)).current_dir(room.path("."));
                 command.stdin(Stdio::null()).output().unwrap().into()
             };
-            for limit in [0, 1, 50, largest / 3, largest / 2, largest - 300, largest - 1] {
+            for limit in
+                [0, 1, 50, largest / 3, largest / 2, largest.saturating_sub(300), largest - 1]
+            {
                 let what = format!("{format} {size}, {limit} of {largest} bytes");
                 failed(&room, &limited(limit.min(largest - 1)), &folder, &whole, &what);
                 let _ = std::fs::remove_dir_all(room.path(&folder));
