@@ -11,8 +11,11 @@ use reflet_scene::{Group, Instance, Key, Mesh, Place};
 use rhai::{Array, Dynamic, Engine, Map, NativeCallContext, Position};
 use std::collections::BTreeMap;
 
-/// The most primitives that instances may show: each takes about 150 bytes.
-const MOST: u64 = 100_000_000;
+/// The most primitives that instances may show: each takes about 300 bytes, some GB in all.
+const MOST: u64 = 20_000_000;
+
+/// How deep groups and instances may be nested.
+const DEEPEST: u32 = 256;
 
 /// What is known of groups and instances.
 #[derive(Default)]
@@ -23,12 +26,15 @@ pub(crate) struct Placed {
     shown: BTreeMap<Key, u64>,
     /// How many all instances show.
     total: u64,
+    /// How deep each is nested; 0 for what is not in here.
+    depth: BTreeMap<Key, u32>,
 }
 
 impl Placed {
     /// Forgets what was made from `first` on.
     pub fn truncate(&mut self, first: Key) {
         self.groups.retain(|_, (group, _)| *group < first);
+        self.depth.split_off(&first);
         for (_, shown) in self.shown.split_off(&first) {
             self.total = self.total.saturating_sub(shown);
         }
@@ -64,6 +70,7 @@ impl State {
             members.push(key);
         }
         let shown = members.iter().map(|key| self.primitives(*key)).sum();
+        let depth = self.depth_above(&members)?;
         let place = self.place(&GROUP, map, call)?;
         let group = Group { members: members.clone().into() };
         let key = self.scene.spawn((place, group));
@@ -71,6 +78,7 @@ impl State {
         self.origins.note(key, line);
         self.placed.groups.extend(members.into_iter().map(|member| (member, (key, line))));
         self.placed.shown.insert(key, shown);
+        self.placed.depth.insert(key, depth);
         Ok(self.handle(key, Kind(&GROUP)))
     }
 
@@ -85,11 +93,13 @@ impl State {
                 "the scene's instances would show more than {MOST} shapes and triangles: make fewer, or of less"
             )));
         }
+        let depth = self.depth_above(&[of])?;
         let place = self.place(&INSTANCE, map, call)?;
         let key = self.scene.spawn((place, Instance { of }));
         self.origins.note(key, call.line().unwrap_or_default());
         self.placed.total += shown;
         self.placed.shown.insert(key, shown);
+        self.placed.depth.insert(key, depth);
         Ok(self.handle(key, Kind(&INSTANCE)))
     }
 
@@ -118,6 +128,17 @@ impl State {
         match handle.kind.0.role() {
             Role::Surface | Role::Group | Role::Instance => Ok(handle.key),
             _ => Err(what),
+        }
+    }
+
+    /// How deep a group or an instance of these would be nested.
+    fn depth_above(&self, things: &[Key]) -> Fallible<u32> {
+        let depths = things.iter().filter_map(|key| self.placed.depth.get(key).copied());
+        match depths.max().unwrap_or_default() + 1 {
+            depth if depth <= DEEPEST => Ok(depth),
+            _ => Err(trouble(format!(
+                "groups and instances are nested more than {DEEPEST} deep: make them of what is inside"
+            ))),
         }
     }
 
