@@ -93,6 +93,8 @@ cone(#{{ apex: [0, 0, 0], axis: [0, 0, -2], radius: 1, height: 1, caps: {caps}, 
             let (x, y) = (at(i % n), at(i / n));
             let rho = x.hypot(y);
             assert!(got.is_finite(), "({x}, {y}): {got:?}");
+            // No tolerance: the picture's own pixels keep clear of the border between lit and dark,
+            // by far more than f32 rounds (1e-7), so that which side each is on is certain.
             assert!((rho - 2.0 / 3.0).abs() > 1e-3, "a pixel in doubt");
             if rho == 0.0 {
                 // The tip itself has no normal: any cosine will do.

@@ -8,6 +8,7 @@
 //! | [`mod@scene`] | one frame of a scene |
 //! | [`passes`] | the two passes of a frame |
 //! | [`counted`] | what rays take, counted |
+//! | [`renderer`] | whole frames, without a file |
 //! | [`encode`] | a picture to a file in memory |
 //! | [`counters`] | what the processor counts |
 //! | [`reuse`] | what the frame before saves |
@@ -27,6 +28,7 @@ pub mod heatmap;
 pub mod inputs;
 pub mod npy;
 pub mod passes;
+pub mod renderer;
 mod report;
 pub mod reuse;
 pub mod scene;

@@ -1,17 +1,12 @@
 //! What re-use saves: a frame after the frame before it, and the same frame from nothing.
 
-use crate::exit::{Exit, Failure};
+use crate::exit::Failure;
 use crate::profile::cast;
+use crate::profile::renderer::Renderer;
 use crate::profile::scene::Frame;
 use reflet_accel::Isa;
-use reflet_film::{Layout, Picture, SampleKind, Transfer, TransferTable};
 use reflet_frame::engine::Work;
-use reflet_frame::{Batch, Engine, EngineOptions};
-use reflet_pack::{Changes, Columns};
-use reflet_trace::BatchColours;
-use std::num::NonZeroUsize;
-use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// One way to a frame.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,7 +31,7 @@ pub struct Saved {
 /// Renders the frame `repeat` times both ways; `None` if no frame is before it.
 ///
 /// # Errors
-/// The threads cannot be had, or the machine lacks the instructions.
+/// The threads or the memory cannot be had, or the machine lacks the instructions.
 pub fn measure(
     frame: &Frame,
     isa: Isa,
@@ -44,30 +39,13 @@ pub fn measure(
     repeat: usize,
 ) -> Result<Option<Saved>, Failure> {
     let Some((before, changes)) = &frame.before else { return Ok(None) };
-    let failed = |what: String| Failure::new(Exit::Failed, what);
-    let threads = NonZeroUsize::new(threads);
-    let options = EngineOptions { isa, threads, ..EngineOptions::default() };
-    let mut engine = Engine::new(options).map_err(failed)?;
     let columns = &frame.columns;
-    let [width, height] = columns.view.size;
-    let layout = Layout::try_new(width, height, engine.grid(columns).edge);
-    let layout = layout.map_err(|e| failed(e.to_string()))?;
-    let picture = Picture::try_new(layout, SampleKind::U8).map_err(|e| failed(e.to_string()))?;
-    let mut pictures = [picture];
-    let table = TransferTable::new(Transfer::Srgb, SampleKind::U8);
-    let never = AtomicBool::new(false);
-    let mut render = |columns: &Columns, changes: Option<&Changes>| {
-        let colours = BatchColours::of(columns);
-        let batch = Batch { columns, changes, colours: &colours, table: &table, last: None };
-        let start = Instant::now();
-        let work = engine.render(batch, &mut pictures, &never).unwrap_or_default();
-        (start.elapsed(), work)
-    };
+    let mut renderer = Renderer::new(columns, isa, threads)?;
     let (mut times, mut works) = ([Vec::new(), Vec::new()], [Work::default(), Work::default()]);
     for round in 0..=repeat {
-        let fresh = render(columns, None);
-        render(before, None);
-        let kept = render(columns, Some(changes));
+        let fresh = renderer.render(columns, None);
+        renderer.render(before, None);
+        let kept = renderer.render(columns, Some(changes));
         for (k, (time, work)) in [fresh, kept].into_iter().enumerate() {
             // The first round finds its memory, and learns what is worth keeping.
             if round > 0 {
