@@ -24,6 +24,8 @@ pub struct Structures<'a> {
     pub tree: &'a Tree,
     /// How rays go through the tree.
     pub way: Way,
+    /// The levels of the deepest tree that a leaf stands for.
+    pub below: usize,
 }
 
 /// How rays go through a tree. Hits do not depend on it.
@@ -65,7 +67,7 @@ pub fn cast<S: Simd, C: Counter>(
     }
     let limits = Limits::of(what, question);
     let Memory { taken, some, stack } = memory;
-    stack.resize(stack.len().max(flights::stack_len(what.tree)), 0);
+    stack.resize(stack.len().max(flights::stack_len(what.tree.depth + what.below)), 0);
     for first in (0..rays.len()).step_by(RAYS) {
         if taken.take(simd, rays, first).is_some() {
             taken.bound(simd, question);
@@ -182,7 +184,7 @@ fn cast_bundle<S: Simd, C: Counter>(
     stack: &mut [Key],
     counter: &mut C,
 ) {
-    tile::cast_at_list(simd, what.list, bundle, question, counter);
+    tile::cast_at_list(simd, what.list, bundle, question, stack, counter);
     if !what.tree.nodes.is_empty() {
         let (slopes, origins) = bundle.spread();
         if slopes < limits.spread && origins < limits.apart && bundle.len > LANES {

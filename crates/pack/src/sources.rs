@@ -28,6 +28,9 @@ pub(crate) struct Source {
     pub flag: Flag,
     /// Empty for most.
     pub steps: Box<[Step]>,
+    /// Of a mesh that has several materials, the number of that which the row is of; the first row
+    /// has the mesh's primitives.
+    pub material: u32,
 }
 
 /// The groups that things are in.
@@ -57,7 +60,7 @@ pub(crate) fn sources(scene: &Scene, parents: &Parents, key: Key) -> Vec<Source>
     let mut out = Vec::new();
     if scene.has::<Surface>(key) {
         let steps = parents.around(key).collect();
-        out.push(Source { surface: key, flag: Flag::Counts, steps });
+        out.push(Source { surface: key, flag: Flag::Counts, steps, material: 0 });
     } else if scene.has::<Instance>(key) {
         let mut way = Vec::new();
         expand(scene, (key, Flag::Counts), &mut way, &mut out);
@@ -73,7 +76,7 @@ pub(crate) fn sources(scene: &Scene, parents: &Parents, key: Key) -> Vec<Source>
 fn expand(scene: &Scene, (thing, flag): (Key, Flag), way: &mut Vec<Step>, out: &mut Vec<Source>) {
     if scene.has::<Surface>(thing) {
         let steps = way.iter().rev().copied().collect();
-        out.push(Source { surface: thing, flag, steps });
+        out.push(Source { surface: thing, flag, steps, material: 0 });
         return;
     }
     way.push(Step { place: thing, flag });

@@ -9,7 +9,7 @@ use crate::table::{AnyForm, KeyInfo, Kind, Role, Takes, Value};
 use crate::trouble::{Blame, Trouble};
 use crate::value::{colour, describe, number, vector};
 use glam::DVec3;
-use reflet_scene::{Key, Tiles};
+use reflet_scene::{Key, Tiles, Worn};
 use rhai::{Dynamic, Map, Position};
 use std::sync::Arc;
 
@@ -93,6 +93,9 @@ pub(crate) fn value(
 ) -> Result<Value, Trouble> {
     if let Takes::Wear | Takes::Paint = info.takes {
         return paint(state, kind, info, given, call);
+    }
+    if let Takes::Wardrobe = info.takes {
+        return wardrobe(state, kind, info, given, call);
     }
     if let Takes::File = info.takes
         && let Ok(file) = given.as_immutable_string_ref()
@@ -195,7 +198,7 @@ fn plain(takes: Takes, given: &Dynamic) -> Option<Value> {
             let recorded = recorded.or_else(|| symbolic::constant(given));
             recorded.map(|Recorded(program)| Value::Expression(Some(program)))
         }
-        Takes::Wear | Takes::Paint | Takes::File | Takes::Image => None,
+        Takes::Wear | Takes::Paint | Takes::Wardrobe | Takes::File | Takes::Image => None,
     }
 }
 
@@ -224,6 +227,29 @@ fn paint(
         return Ok(Value::Wear(Some(key)));
     }
     Err(refused(info, given))
+}
+
+/// Materials by name.
+fn wardrobe(
+    state: &mut State,
+    kind: Kind,
+    info: &'static KeyInfo,
+    given: &Dynamic,
+    call: Position,
+) -> Result<Value, Trouble> {
+    /// One of them, as `material` takes it.
+    static ONE: KeyInfo =
+        KeyInfo { name: "materials", takes: Takes::Paint, default: None, doc: "" };
+    let Ok(map) = given.as_map_ref() else { return Err(refused(info, given)) };
+    let mut worn = Vec::with_capacity(map.len());
+    for (name, value) in map.iter() {
+        match paint(state, kind, &ONE, value, call) {
+            Ok(Value::Wear(Some(material))) => worn.push(Worn { name: name.to_string(), material }),
+            Ok(_) => return Err(refused(info, given)),
+            Err(trouble) => return Err(trouble),
+        }
+    }
+    Ok(Value::Wardrobe(worn))
 }
 
 /// The trouble inside a Rhai error that we made ourselves.
