@@ -7,7 +7,7 @@ use crate::count::Work;
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Hits, Question, RayCounts, Rays};
 use crate::refit::{Places, Refit, WORN};
-use crate::stream::{self, Memory, Structures, Way};
+use crate::stream::{self, Below, Memory, Structures, Way};
 use crate::tree::Tree;
 use fearless_simd::{Fallback, Level, Simd, dispatch};
 use reflet_pack::{Geometry, ShapeKind, Slot};
@@ -34,6 +34,7 @@ pub struct Accel {
     tree: Tree,
     /// What copies of meshes share.
     meshes: MeshTrees,
+    below: Below,
     structure: Structure,
     quality: Quality,
     way: Way,
@@ -102,6 +103,7 @@ impl Accel {
             structure,
             quality,
             way: Way::Auto,
+            below: meshes.below(geometry),
             meshes,
             slots: geometry.len(),
             area,
@@ -219,8 +221,8 @@ impl Accel {
     }
 
     fn structures(&self) -> Structures<'_> {
-        let Accel { list, leaves, tree, way, meshes, .. } = self;
-        Structures { list, leaves, tree, way: *way, below: meshes.depth() }
+        let Accel { list, leaves, tree, way, below, .. } = self;
+        Structures { list, leaves, tree, way: *way, below: *below }
     }
 
     /// Bytes that it holds.

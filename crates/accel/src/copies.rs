@@ -13,6 +13,7 @@ use crate::kernels::Candidate;
 use crate::lanes::{F, LANES, NO_PRIM, RayLanes};
 use crate::rays::HitCode;
 use crate::slab::BoxLanes;
+use crate::stream::Below;
 use crate::tree::{Node, Tree};
 use fearless_simd::Level;
 use fearless_simd::prelude::*;
@@ -72,9 +73,12 @@ impl MeshTrees {
         &self.0[&(Arc::as_ptr(&copy.mesh.data) as usize)]
     }
 
-    /// The levels of the deepest.
-    pub fn depth(&self) -> usize {
-        self.0.values().map(|mesh| mesh.tree.depth).max().unwrap_or_default()
+    /// What leaves that are copies stand for.
+    pub fn below(&self, g: &Geometry) -> Below {
+        Below {
+            depth: self.0.values().map(|mesh| mesh.tree.depth).max().unwrap_or_default(),
+            nodes: g.copies.iter().map(|copy| self.of(copy).tree.nodes.len()).sum(),
+        }
     }
 
     /// Bytes that they hold.

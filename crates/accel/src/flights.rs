@@ -3,10 +3,11 @@
 
 use crate::blocks::Blocks;
 use crate::bundle::{Bundle, RAYS};
-use crate::bvh::{self, test_any_kind};
+use crate::bvh::test_any_kind;
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES};
 use crate::rays::Question;
+use crate::through;
 use crate::tree::{Child, Tree};
 use crate::visit::{Key, Slabs, Stack, ask_for, key, visit};
 use fearless_simd::prelude::*;
@@ -136,7 +137,7 @@ fn step<S: Simd, C: Counter>(
             let ray = (&bundle.splat(simd, slot), flight.near);
             let before = flight.found;
             let (copy, keys) = (&blocks.copies[block], &mut rest.keys[rest.top..]);
-            flight.found = bvh::walk_copy(simd, copy, ray, question, before, keys, counter);
+            flight.found = through::cast(simd, copy, ray, question, before, keys, counter);
             if question == Question::Any && flight.found != before {
                 return false;
             }

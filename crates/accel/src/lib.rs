@@ -27,6 +27,7 @@
 //! | [`tree`] | nodes of eight boxes |
 //! | [`build`] | the tree by binned surface area |
 //! | [`copies`] | meshes that stand in the scene once more |
+//! | [`through`] | one ray through one of them |
 //! | [`visit`] | a node's children that a ray meets, nearest first |
 //! | [`bvh`] | one ray through the tree |
 //! | [`flights`] | several single rays at once |
@@ -60,6 +61,7 @@ pub mod refit;
 pub mod slab;
 pub mod solid;
 pub mod stream;
+pub mod through;
 pub mod tile;
 pub mod tree;
 pub mod visit;

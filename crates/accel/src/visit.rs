@@ -1,7 +1,6 @@
 //! The visit of a node by one ray: which of its eight children the ray meets, nearest first.
 
 use crate::blocks::Blocks;
-use crate::copies::CopyBlock;
 use crate::lanes::{F, LANES, V3, greater, lesser};
 use crate::prefetch::prefetch;
 use crate::slab::LEAVE;
@@ -80,42 +79,6 @@ pub fn visit<S: Simd>(
         entry = greater(simd, first, entry);
         exit = lesser(simd, last, exit);
     }
-    meet(simd, (tree, blocks), node, (entry, exit, end), stack)
-}
-
-/// The same in the tree of a copy's mesh, its boxes put into the scene.
-#[inline(always)]
-pub fn visit_copy<S: Simd>(
-    simd: S,
-    copy: &CopyBlock,
-    index: usize,
-    ray: &Slabs<S>,
-    end: F<S>,
-    stack: &mut Stack<'_>,
-) -> Option<Key> {
-    let node = &copy.mesh.tree.nodes[index];
-    let boxes = copy.children(simd, node);
-    let mut entry = F::splat(simd, 0.0);
-    let mut exit = F::splat(simd, f32::INFINITY);
-    for k in 0..3 {
-        let is_low = ray.near[k] < Node::HI;
-        let (near, far) =
-            if is_low { (boxes.lo[k], boxes.hi[k]) } else { (boxes.hi[k], boxes.lo[k]) };
-        entry = greater(simd, (near - ray.o[k]) * ray.inv[k], entry);
-        exit = lesser(simd, (far - ray.o[k]) * ray.inv[k], exit);
-    }
-    meet(simd, (&copy.mesh.tree, &copy.mesh.blocks), node, (entry, exit, end), stack)
-}
-
-/// Of a node's children, which are entered and left there, those that are met before `end`.
-#[inline(always)]
-fn meet<S: Simd>(
-    simd: S,
-    (tree, blocks): (&Tree, &Blocks),
-    node: &Node,
-    (entry, exit, end): (F<S>, F<S>, F<S>),
-    stack: &mut Stack<'_>,
-) -> Option<Key> {
     // An equal entry may still hold a tie with a lower id.
     let exit = lesser(simd, exit * LEAVE, end);
     let mut bits = entry.simd_le(exit).to_bitmask() as u32;

@@ -8,8 +8,9 @@ use crate::symbolic::{self, Recorded};
 use crate::table::{AnyForm, KeyInfo, Kind, Role, Takes, Value};
 use crate::trouble::{Blame, Trouble};
 use crate::value::{colour, describe, number, vector};
+use crate::wardrobe;
 use glam::DVec3;
-use reflet_scene::{Key, Tiles, Worn};
+use reflet_scene::{Key, Tiles};
 use rhai::{Dynamic, Map, Position};
 use std::sync::Arc;
 
@@ -95,7 +96,8 @@ pub(crate) fn value(
         return paint(state, kind, info, given, call);
     }
     if let Takes::Wardrobe = info.takes {
-        return wardrobe(state, kind, info, given, call);
+        return wardrobe::given(state, kind, given, call)
+            .unwrap_or_else(|| Err(refused(info, given)));
     }
     if let Takes::File = info.takes
         && let Ok(file) = given.as_immutable_string_ref()
@@ -229,27 +231,19 @@ fn paint(
     Err(refused(info, given))
 }
 
-/// Materials by name.
-fn wardrobe(
+/// A material to be worn in the place of one of a mesh's file.
+pub(crate) fn one_worn(
     state: &mut State,
     kind: Kind,
-    info: &'static KeyInfo,
     given: &Dynamic,
     call: Position,
-) -> Result<Value, Trouble> {
-    /// One of them, as `material` takes it.
-    static ONE: KeyInfo =
+) -> Result<Key, Trouble> {
+    static INFO: KeyInfo =
         KeyInfo { name: "materials", takes: Takes::Paint, default: None, doc: "" };
-    let Ok(map) = given.as_map_ref() else { return Err(refused(info, given)) };
-    let mut worn = Vec::with_capacity(map.len());
-    for (name, value) in map.iter() {
-        match paint(state, kind, &ONE, value, call) {
-            Ok(Value::Wear(Some(material))) => worn.push(Worn { name: name.to_string(), material }),
-            Ok(_) => return Err(refused(info, given)),
-            Err(trouble) => return Err(trouble),
-        }
+    match paint(state, kind, &INFO, given, call)? {
+        Value::Wear(Some(material)) => Ok(material),
+        _ => Err(refused(&INFO, given)),
     }
-    Ok(Value::Wardrobe(worn))
 }
 
 /// The trouble inside a Rhai error that we made ourselves.

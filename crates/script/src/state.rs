@@ -8,6 +8,7 @@ use crate::placed::Placed;
 use crate::table::{AnyForm, Kind, Role, Value, to_dynamic};
 use crate::time::FrameFn;
 use crate::trouble::{Fallible, Trouble, trouble};
+use crate::wardrobe::Wardrobe;
 use crate::{names, parse, symbolic};
 use glam::DVec3;
 use reflet_assets::Assets;
@@ -267,6 +268,9 @@ impl State {
             value = Some(Value::Wear(Some(self.undeclared(handle.key)?)));
         }
         let value = value.ok_or_else(|| unknown_property(handle.kind, name))?;
+        if let Value::Wardrobe(_) = value {
+            return Ok(Dynamic::from(Wardrobe(handle)));
+        }
         Ok(to_dynamic(value, info.takes, |key| self.paint(key), |address| self.file_of(address)))
     }
 

@@ -413,12 +413,8 @@ pub(crate) fn to_dynamic(
         Value::Flag(flag) => flag.into(),
         Value::Wear(Some(key)) => Dynamic::from(handle(key)),
         Value::Wear(None) => Dynamic::UNIT,
-        Value::Wardrobe(worn) => {
-            let named = |w: Worn| (w.name.into(), Dynamic::from(handle(w.material)));
-            Dynamic::from_map(worn.into_iter().map(named).collect())
-        }
         Value::Mesh(data) => file(Arc::as_ptr(&data) as usize).into(),
         Value::Image(image) => file(Arc::as_ptr(&image) as usize).into(),
-        Value::Expression(_) => Dynamic::UNIT,
+        Value::Wardrobe(_) | Value::Expression(_) => Dynamic::UNIT,
     }
 }
