@@ -100,7 +100,7 @@ impl Columns {
         SurfaceBits {
             shape: (self.surfaces.first_prim[i], self.shape_bits(i)),
             materials: [paint.even, paint.odd],
-            cells: paint.cells.map(|c| c.bits()),
+            cells: paint.cells.as_ref().map(|c| c.bits()),
             tint: paint.tint.as_ref().map(|t| t.bits()),
         }
     }

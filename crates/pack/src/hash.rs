@@ -188,7 +188,7 @@ fn paint(columns: &Columns) -> blake3::Hash {
     for i in (0..columns.surfaces.len()).filter(|i| columns.surfaces.visible[*i]) {
         let paint = &columns.surfaces.paint[i];
         words.add([paint.even.0, paint.odd.0, u32::from(paint.cells.is_some())]);
-        words.add(paint.cells.into_iter().flat_map(|cells| cells.bits()));
+        words.add(paint.cells.iter().flat_map(|cells| cells.bits()));
         let tint = paint.tint.as_ref().map_or(Vec::new(), |tint| tint.content_bits());
         words.add([tint.len() as u32]);
         words.add(tint.into_iter().flat_map(split));

@@ -11,7 +11,7 @@ use crate::lights::{LightPlace, Lights, point_light, projector, spotlight, sun};
 use crate::materials::{MaterialRow, Materials};
 use crate::parts::{Anchor, Part, parts};
 use crate::sharing::{Meshes, Sharing};
-use crate::sources::{Parents, Source, sources};
+use crate::sources::{Parents, Source, Sources, sources};
 use crate::surfaces::{Cells, Paint, Surfaces};
 use crate::tints::{Site, Tint};
 use crate::view::{Model, View};
@@ -56,8 +56,7 @@ struct Lengths {
 pub struct Packer {
     columns: Columns,
     rows: Vec<Row>,
-    /// By surface: where it comes from.
-    sources: Vec<Source>,
+    sources: Sources,
     parents: Parents,
     meshes: Meshes,
     /// Surfaces by what they depend on beside their own entity: the pattern that they wear, places,
@@ -116,7 +115,7 @@ impl Packer {
         let mut packer = Packer {
             columns,
             rows: Vec::new(),
-            sources: Vec::new(),
+            sources: Sources::default(),
             parents: Parents::default(),
             meshes: Meshes::new(sharing),
             dependents: HashMap::new(),
@@ -371,7 +370,8 @@ impl Packer {
         for material in 0..materials {
             let prims = if material == 0 { prims } else { 0 };
             self.columns.surfaces.push_blank(key, first, prims, mesh.clone());
-            self.sources.push(Source { material, ..source.clone() });
+            let row = self.columns.surfaces.len() - 1;
+            self.sources.note(row, key, Source { material, ..source.clone() });
         }
     }
 
@@ -393,7 +393,7 @@ impl Packer {
 
     /// Reads a surface's shape and paint from the world into its rows.
     fn repack_surface(&mut self, scene: &Scene, i: usize) -> Fits {
-        let source = &self.sources[i];
+        let source = self.sources.of(i, self.columns.surfaces.key[i]);
         let key = source.surface;
         let Some(surface) = scene.get::<Surface>(key) else { return Fits::Yes };
         let visible = source.is_visible(scene);
@@ -410,7 +410,7 @@ impl Packer {
             if old.is_some_and(|old| !Arc::ptr_eq(&old.data, &mesh.data)) {
                 return Fits::No;
             }
-            let number = self.sources[i].material;
+            let number = source.material;
             material = material.or_else(|| mesh.worn_for(number as usize));
             let moved = old.is_none_or(|old| !same_placement(old, &mesh))
                 || c.surfaces.moved_by[i] != to.map(affine_bits);
@@ -459,7 +459,7 @@ impl Packer {
         let Some(key) = material else { return Paint::plain(Materials::GREY_MATT) };
         let alternate = |even, odd, cells: Wide| {
             let cells = site.to.map_or_else(|| cells.rounded(), |to| cells.moved(to).rounded());
-            Paint { even: row(even), odd: row(odd), cells: Some(cells), tint: None }
+            Paint { even: row(even), odd: row(odd), cells: Some(Box::new(cells)), tint: None }
         };
         let tinted = |base, tint| Paint { tint: Some(Arc::new(tint)), ..Paint::plain(row(base)) };
         if let Some(checker) = scene.get::<Checker>(key) {

@@ -15,7 +15,7 @@ pub struct Paint {
     /// The material of odd cells; equal to `even` without a pattern.
     pub odd: MaterialId,
     /// The pattern's cells, if it has one.
-    pub cells: Option<Cells>,
+    pub cells: Option<Box<Cells>>,
     /// What makes its reflectivities differ from point to point.
     pub tint: Option<Arc<Tint>>,
 }
