@@ -8,6 +8,7 @@ use crate::changes::Changes;
 use crate::columns::Columns;
 use crate::geometry::ShapeKind;
 use crate::ids::LightId;
+use reflet_scene::Filter;
 use std::fmt;
 
 /// The hash of a scene: BLAKE3 of its columns in a fixed order, little-endian.
@@ -195,5 +196,10 @@ fn settings(columns: &Columns) -> blake3::Hash {
     words.add([model.max_bounces, model.max_path.to_bits()]);
     words.add([model.attenuation as u32, model.transfer as u32]);
     words.add(model.background.map(f32::to_bits));
+    // The only sample is in the centre, whatever the filter. A box says nothing, so that files from
+    // before there were others keep their names.
+    if columns.samples > 1 && columns.view.filter != Filter::Box {
+        words.add([columns.view.filter as u32]);
+    }
     words.finish()
 }
