@@ -332,13 +332,10 @@ pub fn edit(kind: usize, stage: &mut Stage, dice: &mut Dice) {
         }
         13 => {
             let key = s.singletons.image.expect("an image");
+            // Half of the time a box, so that samples are also added under one filter.
+            let filter = Filter::ALL[dice.below(4).saturating_sub(1)];
             let samples = 1 + dice.below(3) as u32;
             let spread = [Spread::Everywhere, Spread::Edges][dice.below(2)];
-            // Mostly one filter, so that samples are also added under it.
-            let filter = match dice.below(4) {
-                0 => Filter::ALL[dice.below(3)],
-                _ => s.image().filter,
-            };
             s.set(key, Image { samples, spread, filter, ..s.image() });
         }
         14 => {
