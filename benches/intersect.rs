@@ -9,7 +9,13 @@ use scenes::{Shape, Stream};
 
 fn main() {
     scenes::run(|criterion| {
-        for (name, shape) in [("spheres", Shape::Sphere), ("triangles", Shape::Triangle)] {
+        let shapes = [
+            ("spheres", Shape::Sphere),
+            ("triangles", Shape::Triangle),
+            ("cylinders", Shape::Cylinder),
+            ("tori", Shape::Torus),
+        ];
+        for (name, shape) in shapes {
             for (n, structure) in [(16, Structure::List), (100_000, Structure::Tree)] {
                 let (scene, _) = scenes::random_scene(shape, n);
                 let packer = scenes::packed(&scene);

@@ -4,6 +4,7 @@ mod oracle;
 
 use oracle::compare::compare;
 use oracle::families;
+use oracle::filter::PixelFilter;
 use oracle::pattern::tile;
 use oracle::recursion::{Ray, Stage, raytrace, times};
 use oracle::scene::{Attenuation, Camera, Checker, Scene, Shape, Wears};
@@ -188,6 +189,22 @@ fn samples_are_the_means_of_their_positions() {
     s.surface(Shape::Quad { corner, u: X * 9.02, v: Y * 18.0 }, glow);
     s.samples = 4;
     near(picture(&s).at(0, 0), grey(0.75));
+}
+
+#[test]
+fn filters_spread_the_positions() {
+    // Of a tent from -1 to 1, 1/8 lies below -1/2 and 7/8 below 1/2, and 1/32 below -3/4; of a gaussian
+    // cut at two sigma = 1, 68.268949 of 95.449974 parts lie within sigma = 1/2.
+    let within = |got: f64, want: f64, bound: f64| assert!((got - want).abs() < bound, "{got}");
+    for (u, place) in [(0.125, 0.0), (0.5, 0.5), (0.875, 1.0), (1.0 / 32.0, -0.25)] {
+        within(PixelFilter::Tent.place(u), place, 1e-11);
+    }
+    let outside = (1.0 - 0.68268949 / 0.95449974) / 2.0;
+    within(PixelFilter::Gaussian.place(outside), 0.0, 1e-7);
+    within(PixelFilter::Gaussian.place(1.0 - outside), 1.0, 1e-7);
+    for u in [0.0, 0.3, 0.99] {
+        within(PixelFilter::Box.place(u), u, 1e-11);
+    }
 }
 
 #[test]

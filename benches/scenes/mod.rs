@@ -6,7 +6,10 @@ use criterion::Criterion;
 use reflet_accel::{HitCode, Rays};
 use reflet_frame::{Engine, EngineOptions};
 use reflet_pack::{Columns, Overrides, Packer};
-use reflet_scene::{Camera, DVec3, Key, Material, RandomStream, Scene, Sphere, Surface, Triangle};
+use reflet_scene::{
+    Camera, Caps, Cylinder, DVec3, Key, Material, RandomStream, Scene, Sphere, Surface, Torus,
+    Triangle,
+};
 use reflet_script::{Options, Source, Stage};
 use std::num::NonZeroUsize;
 use std::time::Duration;
@@ -27,6 +30,10 @@ pub fn run(benches: impl FnOnce(&mut Criterion)) {
 pub enum Shape {
     Sphere,
     Triangle,
+    /// Tubes around random axes.
+    Cylinder,
+    /// Rings around random axes.
+    Torus,
 }
 
 /// Half the edge of the cube that random shapes have their centres in.
@@ -60,6 +67,16 @@ pub fn random_scene(shape: Shape, n: u32) -> (Scene, Key) {
             Shape::Triangle => {
                 let [a, b, c] = [(); 3].map(|()| center + within(&mut random, size));
                 scene.spawn((Triangle { a, b, c }, surface))
+            }
+            Shape::Cylinder => {
+                let (axis, caps) = (within(&mut random, 1.0), Caps::Open);
+                let tube = Cylinder { base: center, axis, radius: size * 0.4, height: size, caps };
+                scene.spawn((tube, surface))
+            }
+            Shape::Torus => {
+                let axis = within(&mut random, 1.0);
+                let ring = Torus { center, axis, major: size * 0.5, minor: size * 0.15 };
+                scene.spawn((ring, surface))
             }
         };
     }

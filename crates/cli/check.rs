@@ -20,7 +20,7 @@ use crate::exit::Failure;
 use crate::meant::Script;
 use crate::progress::bytes;
 use findings::Findings;
-use reflet_scene::{Camera, Key, Scene};
+use reflet_scene::{Camera, Filter, Key, Scene, Spread};
 use reflet_script::Stage;
 use shapes::{Names, Shapes, number, point};
 use std::fmt::Write as _;
@@ -76,8 +76,13 @@ fn look(scene: &Scene, shapes: &Shapes, findings: &mut Findings) {
 fn describe(scene: &Scene, shapes: &Shapes) -> String {
     let survey = Survey::of(scene, shapes);
     let (image, animation) = (scene.image(), scene.animation());
+    let filter = match image.filter {
+        Filter::Box => String::new(),
+        filter => format!(" through a {} filter", filter.name()),
+    };
+    let edges = if image.spread == Spread::Edges { " with an edge" } else { "" };
     let mut text = format!(
-        "picture     {}x{}, {} a pixel\n",
+        "picture     {}x{}, {} a pixel{edges}{filter}\n",
         image.width,
         image.height,
         counted(image.samples.into(), "sample")

@@ -1,6 +1,7 @@
 //! Random scenes, by kind. Each is a pure function of its seed.
 
 use super::draw::{Draw, Rounding, normal_of};
+use super::filter::PixelFilter;
 use super::scene::{Attenuation, Camera, Scene, Shape, Wears};
 use super::vec3::{Vec3, v3};
 
@@ -324,11 +325,12 @@ fn settings(seed: u64) -> Scene {
     scene
 }
 
-/// Several samples a pixel over a scene of another family.
+/// Several samples a pixel over a scene of another family, through each filter.
 fn samples(seed: u64) -> Scene {
     let of = [sparse, dense, patterns, window, ball][(seed % 5) as usize];
     let mut scene = of(seed);
     scene.samples = 2 + (seed / 5 % 4) as usize;
+    scene.filter = PixelFilter::ALL[(seed % 3) as usize];
     (scene.width, scene.height) = (31, 23);
     scene
 }

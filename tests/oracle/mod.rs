@@ -15,6 +15,7 @@
 //! | [`pattern`], [`texture`], [`shader`] | what a surface wears at a point |
 //! | [`lamp`] | what lights give to a point |
 //! | [`recursion`] | `raytrace`, as the course writes it |
+//! | [`filter`] | where a filter puts sample positions |
 //! | [`view`] | sample positions, the cameras, whole pictures, the stability mask |
 //! | [`script`] | a scene printed as a Rhai script |
 //! | [`draw`], [`draw_words`] | random numbers, materials, patterns, surfaces and lights |
@@ -32,6 +33,7 @@ pub mod compare;
 pub mod draw;
 pub mod draw_words;
 pub mod families;
+pub mod filter;
 pub mod hand;
 pub mod hold;
 pub mod lamp;

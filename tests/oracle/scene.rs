@@ -1,5 +1,6 @@
 //! What a scene is: the nouns of the script's makers, as structs of f64s.
 
+use super::filter::PixelFilter;
 use super::place::Motion;
 use super::shader::Shader;
 use super::texture::{Filter, Slide, Texture};
@@ -12,6 +13,7 @@ pub struct Scene {
     pub width: usize,
     pub height: usize,
     pub samples: usize,
+    pub filter: PixelFilter,
     pub settings: Settings,
     pub camera: Camera,
     pub lights: Vec<Light>,
@@ -200,6 +202,7 @@ impl Scene {
             width,
             height,
             samples: 1,
+            filter: PixelFilter::Box,
             settings: Settings::default(),
             camera: Camera::LookAt { eye, look_at, up: v3(0.0, 1.0, 0.0), fov_degrees: 45.0 },
             lights: Vec::new(),

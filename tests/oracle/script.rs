@@ -1,5 +1,6 @@
 //! A scene printed as a script, so that the binary can render the very same one.
 
+use super::filter::PixelFilter;
 use super::place::Motion;
 use super::scene::{
     Attenuation, Camera, Checker, Falloff, Handle, Light, Material, Of, Pattern, Scene, Settings,
@@ -33,10 +34,13 @@ pub fn script(scene: &Scene) -> String {
 }
 
 fn write_script(out: &mut String, scene: &Scene) -> std::fmt::Result {
-    let Scene { width, height, samples, .. } = scene;
+    let Scene { width, height, samples, filter, .. } = scene;
     write!(out, "image(#{{ width: {width}, height: {height}")?;
     if *samples != 1 {
         write!(out, ", samples: {samples}")?;
+    }
+    if *filter != PixelFilter::Box {
+        write!(out, ", filter: \"{}\"", filter.name())?;
     }
     writeln!(out, " }});")?;
     settings(out, &scene.settings)?;

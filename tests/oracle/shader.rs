@@ -125,9 +125,12 @@ pub const CODES: &[Code] = &[
         },
     },
     Code {
-        // Of what is not negative: there `%` is the remainder, however it is meant elsewhere.
-        script: "abs(p.x + 0.25) % k0 + abs(p.z) % k1 * 0.5",
-        value: |s, k| Vec3::splat((s.p[0] + 0.25).abs() % k[0] + s.p[2].abs() % k[1] * 0.5),
+        // `%` has the sign of what is divided, `mod` that of the divisor.
+        script: "0.5 + (p.x + 0.25) % k0 * 0.4 + p.z % -k1 * 0.2 + mod(p.y, -k2) * 0.1",
+        value: |s, k| {
+            let (x, z) = ((s.p[0] + 0.25) % k[0], s.p[2] % -k[1]);
+            Vec3::splat(0.5 + x * 0.4 + z * 0.2 + modulo(s.p[1], -k[2]) * 0.1)
+        },
     },
     Code {
         script: "if k0 > 0.5 { k1 } else { clamp(p.u * 2 - p.v, 0, k2) }",

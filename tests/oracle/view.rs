@@ -1,5 +1,6 @@
 //! From the eye to whole pictures, and which pixels of them are stable.
 
+use super::filter::PixelFilter;
 use super::recursion::{Ray, Stage, raytrace};
 use super::scene::{Camera, Scene};
 use super::vec3::{Vec3, v3};
@@ -24,7 +25,7 @@ pub const NUDGE: f64 = 1.0 / (1 << 22) as f64;
 /// A pixel that changes by more than this, relative to max(1, value), is not stable.
 pub const STABLE_WITHIN: f64 = 1e-3;
 
-/// Where sample `i` of a pixel lies in it, from its upper left corner, in pixels.
+/// Where sample `i` of a pixel lies in it under a box, from its upper left corner, in pixels.
 pub fn sample_position(i: usize) -> (f64, f64) {
     let i = i as f64;
     ((0.5 + i * 0.7548776662466927).fract(), (0.5 + i * 0.5698402909980532).fract())
@@ -32,6 +33,8 @@ pub fn sample_position(i: usize) -> (f64, f64) {
 
 /// The view with its frame worked out: `right` and `up` span the picture, both of length 1.
 struct Eye {
+    /// Where the samples of a pixel lie in it.
+    places: Vec<(f64, f64)>,
     /// Where rays start at picture coordinates (0, 0), and how far that moves along them.
     base: Vec3,
     spread: [f64; 2],
@@ -44,6 +47,11 @@ struct Eye {
 
 impl Eye {
     fn of(scene: &Scene) -> Eye {
+        let places = (0..scene.samples).map(sample_position);
+        let places = match scene.filter {
+            PixelFilter::Box => places.collect(),
+            filter => places.map(|(a, b)| (filter.place(a), filter.place(b))).collect(),
+        };
         match scene.camera {
             Camera::LookAt { eye, look_at, up, fov_degrees } => {
                 let forward = (look_at - eye).unit();
@@ -52,7 +60,7 @@ impl Eye {
                 let aspect = scene.width as f64 / scene.height as f64;
                 let up = right.cross(forward);
                 let reach = [k * aspect, k];
-                Eye { base: eye, spread: [0.0; 2], right, up, forward, reach }
+                Eye { places, base: eye, spread: [0.0; 2], right, up, forward, reach }
             }
             Camera::Ortho { eye, look_at, up, height } => {
                 let forward = (look_at - eye).unit();
@@ -60,9 +68,10 @@ impl Eye {
                 let half = height / 2.0;
                 let spread = [half * scene.width as f64 / scene.height as f64, half];
                 let up = right.cross(forward);
-                Eye { base: eye, spread, right, up, forward, reach: [0.0; 2] }
+                Eye { places, base: eye, spread, right, up, forward, reach: [0.0; 2] }
             }
             Camera::Window { viewpoint, window } => Eye {
+                places,
                 base: viewpoint,
                 spread: [0.0; 2],
                 right: v3(1.0, 0.0, 0.0),
@@ -88,8 +97,7 @@ impl Eye {
 fn pixel(stage: &Stage<'_>, eye: &Eye, x: usize, y: usize, nudge: [f64; 2]) -> Vec3 {
     let scene = stage.scene;
     let mut sum = Vec3::ZERO;
-    for i in 0..scene.samples {
-        let (a, b) = sample_position(i);
+    for &(a, b) in &eye.places {
         let (base, dir) = eye.ray(scene, x as f64 + a, y as f64 + b);
         let moved = dir + eye.right * nudge[0] + eye.up * nudge[1];
         let dir = if nudge == [0.0, 0.0] { dir } else { moved.unit() };

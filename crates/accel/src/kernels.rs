@@ -3,6 +3,7 @@
 use crate::blocks::Pick;
 use crate::lanes::{F, LANES, M, RayLanes, U, V3, dot, sub};
 use crate::solid::{self, Leaves};
+use crate::solids::{self, Asked, HALF, Rows};
 use fearless_simd::prelude::*;
 use reflet_pack::Solid;
 
@@ -145,7 +146,8 @@ pub fn triangle<S: Simd>(simd: S, ray: &RayLanes<S>, tri: &TriangleLanes<S>) -> 
     Candidate { t, hit, code: tri.code }
 }
 
-/// Solids: those lanes of `asked`, one after the other, in `f64` ([`solid::hit`]).
+/// Solids: those lanes of `asked`, in `f64`, gathered to four at once ([`solids::hit`]). One alone is
+/// asked in scalar code ([`solid::hit`]), of which lanes are a copy.
 #[inline(always)]
 pub fn solids<S: Simd>(
     simd: S,
@@ -153,29 +155,55 @@ pub fn solids<S: Simd>(
     (rows, pick): (&[Solid; LANES], Pick),
     (code, asked): (U<S>, M<S>),
 ) -> Candidate<S> {
-    let mut found = [(f32::NAN, 0); LANES];
+    let (mut t, mut outward) = ([f32::NAN; LANES], [0.0; LANES]);
+    let (o, d) = (ray.o, ray.d);
+    let o = [o[0].as_slice(), o[1].as_slice(), o[2].as_slice()];
+    let d = [d[0].as_slice(), d[1].as_slice(), d[2].as_slice()];
     let (codes, last, start) = (code.as_slice(), ray.last.as_slice(), ray.start.as_slice());
     let mut bits = asked.to_bitmask();
     while bits != 0 {
-        let lane = bits.trailing_zeros() as usize % LANES;
-        bits &= bits - 1;
-        let row = match pick {
-            Pick::Each => lane,
-            Pick::One(row) => row,
+        let mut lanes = [0; HALF];
+        let mut len = 0;
+        while bits != 0 && len < HALF {
+            lanes[len] = bits.trailing_zeros() as usize % LANES;
+            bits &= bits - 1;
+            len += 1;
+        }
+        let row = |lane: usize| match pick {
+            Pick::Each => &rows[lane],
+            Pick::One(row) => &rows[row],
         };
-        let o = [ray.o[0].as_slice()[lane], ray.o[1].as_slice()[lane], ray.o[2].as_slice()[lane]];
-        let d = [ray.d[0].as_slice()[lane], ray.d[1].as_slice()[lane], ray.d[2].as_slice()[lane]];
-        let leaves = if last[lane] & !1 == codes[lane] { Leaves::This } else { Leaves::Another };
-        if let Some((t, outward)) = solid::hit(&rows[row], (o, d), start[lane], leaves) {
-            found[lane] = (t, u32::from(outward));
+        let leaves = |lane: usize| last[lane] & !1 == codes[lane];
+        if len == 1 {
+            let k = lanes[0];
+            let own = ([o[0][k], o[1][k], o[2][k]], [d[0][k], d[1][k], d[2][k]]);
+            let leaves = if leaves(k) { Leaves::This } else { Leaves::Another };
+            if let Some((at, runs_outward)) = solid::hit(row(k), own, start[k], leaves) {
+                (t[k], outward[k]) = (at, f32::from(u8::from(runs_outward)));
+            }
+            continue;
+        }
+        let mut question = Asked::default();
+        for (i, &k) in lanes[..len].iter().enumerate() {
+            for axis in 0..3 {
+                question.o[axis][i] = o[axis][k];
+                question.d[axis][i] = d[axis][k];
+            }
+            question.start[i] = start[k];
+            question.what[i] = if leaves(k) { solids::ANOTHER_ROOT } else { solids::A_ROOT };
+        }
+        let rows = match pick {
+            Pick::Each => Rows::Each([row(lanes[0]), row(lanes[1]), row(lanes[2]), row(lanes[3])]),
+            Pick::One(row) => Rows::One(&rows[row]),
+        };
+        let found = solids::hit(simd, &rows, &question);
+        for (i, &k) in lanes[..len].iter().enumerate() {
+            (t[k], outward[k]) = (found.t[i], found.outward[i]);
         }
     }
-    let (mut t, mut side) = ([0.0; LANES], [0; LANES]);
-    for ((t, side), found) in t.iter_mut().zip(&mut side).zip(found) {
-        (*t, *side) = found;
-    }
     let t = F::from_slice(simd, &t);
-    Candidate { t, hit: t.simd_eq(t), code: code | U::from_slice(simd, &side) }
+    let outward = F::from_slice(simd, &outward).simd_gt(0.0);
+    Candidate { t, hit: t.simd_eq(t), code: outward.select(code | 1u32, code) }
 }
 
 /// `p` (relative to the ray's origin, the longest axis third) in the space where the ray is the

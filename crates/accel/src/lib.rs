@@ -21,7 +21,8 @@
 //! | [`lanes`] | a ray as every kernel sees it |
 //! | [`slab`] | the box test |
 //! | [`kernels`] | one test a shape |
-//! | [`solid`] | that of curved shapes, in `f64` |
+//! | [`solid`] | that of curved shapes, in `f64`, scalar |
+//! | [`solids`] | the same in lanes |
 //! | [`brute`] | the definition, scalar |
 //! | [`blocks`] | primitives in lanes |
 //! | [`tree`] | nodes of eight boxes |
@@ -60,6 +61,7 @@ pub mod rays;
 pub mod refit;
 pub mod slab;
 pub mod solid;
+pub mod solids;
 pub mod stream;
 pub mod through;
 pub mod tile;

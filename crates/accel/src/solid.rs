@@ -1,5 +1,5 @@
-//! The kernel of solids: roots in `f64`, in the solid's own coordinates. One scalar function serves
-//! every level, so its bits are the same on all of them.
+//! What solids are to rays: roots in `f64`, in the solid's own coordinates, in scalar code. That is the
+//! definition; [`crate::solids`] does the same in lanes.
 
 use reflet_pack::{Form, Solid};
 
@@ -191,10 +191,17 @@ fn evaluate(p: &[f64], t: f64) -> f64 {
     p.iter().rev().fold(0.0, |sum, c| sum * t + c)
 }
 
+/// Newton's method ends where a step is at most this part of the two ends' sizes: the error that is
+/// left is about the square of the last step's. (There is a root within as many steps as the
+/// polynomial's degree.) To ask for a step that changes nothing would cost five times as many, since
+/// rounding moves the last digits to and fro.
+pub(crate) const CLOSE: f64 = 1.0 / (1_u64 << 48) as f64;
+
 /// The one root between two ends at which a polynomial has different signs: Newton's method, with a
 /// halving wherever that would leave the interval.
 fn between(p: &[f64], (mut low, at_low): (f64, f64), mut high: f64) -> f64 {
     let rises = at_low < 0.0;
+    let close = CLOSE * (low.abs() + high.abs());
     let mut t = 0.5 * (low + high);
     for _ in 0..64 {
         let (mut value, mut slope) = (0.0, 0.0);
@@ -208,11 +215,10 @@ fn between(p: &[f64], (mut low, at_low): (f64, f64), mut high: f64) -> f64 {
             high = t;
         }
         let step = t - value / slope;
-        let next = if step > low && step < high { step } else { 0.5 * (low + high) };
-        if next == t {
-            break;
+        if (step - t).abs() <= close {
+            return step;
         }
-        t = next;
+        t = if step > low && step < high { step } else { 0.5 * (low + high) };
     }
     t
 }

@@ -6,7 +6,8 @@
 
 use crate::error::Fault;
 use crate::finish::finish;
-use crate::words::{Words, shown};
+use crate::words::{Words, number, shown};
+use rayon::prelude::*;
 use reflet_scene::MeshData;
 use std::collections::HashMap;
 
@@ -95,7 +96,13 @@ impl Merged {
         index
     }
 
-    fn facet(&mut self, corners: [[f32; 3]; 3]) {
+    /// Makes room for so many facets, of which two share a vertex thrice on average.
+    fn reserve(&mut self, facets: usize) {
+        self.data.triangles.reserve(facets);
+        self.known.reserve(facets / 2);
+    }
+
+    fn facet(&mut self, corners: Corners) {
         let triangle = corners.map(|corner| self.vertex(corner));
         self.data.triangles.push(triangle);
     }
@@ -105,8 +112,7 @@ const NOT_FINITE: &str = "a number is not finite, or beyond the range of f32; sc
 
 fn binary(bytes: &[u8], mesh: &mut Merged) -> Result<(), Fault> {
     let facets = bytes[HEAD..].chunks_exact(FACET);
-    mesh.data.triangles.reserve(facets.len());
-    mesh.known.reserve(facets.len() / 2);
+    mesh.reserve(facets.len());
     for (index, facet) in facets.enumerate() {
         let mut corners = [[0.0; 3]; 3];
         for (i, raw) in facet[12..48].as_chunks::<4>().0.iter().enumerate() {
@@ -121,43 +127,95 @@ fn binary(bytes: &[u8], mesh: &mut Merged) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Words of any case; the line breaks between them do not matter, but for the names of solids.
+/// Bytes of a text that are worth a thread of their own.
+const CHUNK: usize = 1 << 20;
+
+/// Long texts are read in chunks, each from the start of a facet, on all threads. Whatever is wrong
+/// in one of them is looked for again from the file's start, where lines are counted.
 fn ascii(bytes: &[u8], mesh: &mut Merged) -> Result<(), Fault> {
-    let mut words = Words::of(bytes);
-    let mut solid = false;
-    while let Some(word) = next(&mut words) {
+    let chunks = chunks(bytes);
+    let last = chunks.len() - 1;
+    let read = |(i, chunk): (usize, &&[u8])| {
+        // Between two facets of a solid, but for the file's ends.
+        let (before, after) = (i > 0, i < last);
+        let (inside, facets) = facets(&mut Words::of(chunk), before).ok()?;
+        (inside == after).then_some(facets)
+    };
+    let all: Option<Vec<_>> = match last {
+        0 => None,
+        _ => chunks.par_iter().enumerate().map(read).collect(),
+    };
+    let all = match all {
+        Some(all) => all,
+        None => {
+            let mut words = Words::of(bytes);
+            let (inside, facets) = facets(&mut words, false)?;
+            if inside {
+                return Err(ends(&words));
+            }
+            vec![facets]
+        }
+    };
+    mesh.reserve(all.iter().map(Vec::len).sum());
+    all.iter().flatten().for_each(|corners| mesh.facet(*corners));
+    Ok(())
+}
+
+/// A text cut where lines begin with `facet`; one chunk at least.
+fn chunks(bytes: &[u8]) -> Vec<&[u8]> {
+    let mut chunks = Vec::with_capacity(bytes.len() / CHUNK + 1);
+    let mut rest = bytes;
+    let starts_facet = |line: &[u8]| {
+        let line = line.trim_ascii_start();
+        line.len() > 5 && line[..5].eq_ignore_ascii_case(b"facet") && line[5].is_ascii_whitespace()
+    };
+    while let Some(ahead) = rest.get(CHUNK..) {
+        let mut lines = ahead.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
+        let Some((at, _)) = lines.find(|(at, _)| starts_facet(&ahead[at + 1..])) else { break };
+        let (chunk, after) = rest.split_at(CHUNK + at + 1);
+        chunks.push(chunk);
+        rest = after;
+    }
+    chunks.push(rest);
+    chunks
+}
+
+type Corners = [[f32; 3]; 3];
+
+/// The facets of a text, and whether it ends inside of a solid; `solid` tells whether it begins
+/// there. Words of any case; the line breaks between them do not matter, but for the names of solids.
+fn facets(words: &mut Words<'_>, mut solid: bool) -> Result<(bool, Vec<Corners>), Fault> {
+    let mut facets = Vec::new();
+    while let Some(word) = next(words) {
         let word_is = |wanted: &[u8]| word.eq_ignore_ascii_case(wanted);
-        if word_is(b"solid") || word_is(b"endsolid") {
-            solid = word_is(b"solid");
-            words.rest();
-        } else if word_is(b"facet") && solid {
-            expect(&mut words, "normal")?;
+        if word_is(b"facet") && solid {
+            expect(words, "normal")?;
             for _ in 0..3 {
                 // Some programs write `nan` for facets without area.
-                next(&mut words).ok_or_else(|| ends(&words))?;
+                next(words).ok_or_else(|| ends(words))?;
             }
-            expect(&mut words, "outer")?;
-            expect(&mut words, "loop")?;
+            expect(words, "outer")?;
+            expect(words, "loop")?;
             let mut corners = [[0.0; 3]; 3];
             for corner in &mut corners {
-                expect(&mut words, "vertex")?;
+                expect(words, "vertex")?;
                 for value in corner {
-                    let word = next(&mut words).ok_or_else(|| ends(&words))?;
-                    *value = crate::words::number(word, words.line, "vertex")?;
+                    let word = next(words).ok_or_else(|| ends(words))?;
+                    *value = number(word, words.line, "vertex")?;
                 }
             }
-            expect(&mut words, "endloop")?;
-            expect(&mut words, "endfacet")?;
-            mesh.facet(corners);
+            expect(words, "endloop")?;
+            expect(words, "endfacet")?;
+            facets.push(corners);
+        } else if word_is(b"solid") || word_is(b"endsolid") {
+            solid = word_is(b"solid");
+            words.rest();
         } else {
             let message = format!("{} does not belong here; is it an STL file?", shown(word));
             return Err(Fault::line(words.line, message));
         }
     }
-    if solid {
-        return Err(ends(&words));
-    }
-    Ok(())
+    Ok((solid, facets))
 }
 
 fn ends(words: &Words<'_>) -> Fault {

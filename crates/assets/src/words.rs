@@ -106,8 +106,8 @@ impl<'a> Words<'a> {
 /// # Errors
 /// It is none; with the line.
 pub(crate) fn number(word: &[u8], line: u64, statement: &str) -> Result<f32, Fault> {
-    let parsed = std::str::from_utf8(word).ok().and_then(|w| w.parse::<f32>().ok());
-    match parsed {
+    let parsed = || std::str::from_utf8(word).ok().and_then(|w| w.parse::<f32>().ok());
+    match plain(word).or_else(parsed) {
         Some(x) if x.is_finite() => Ok(x),
         Some(_) => Err(Fault::line(
             line,
@@ -120,9 +120,97 @@ pub(crate) fn number(word: &[u8], line: u64, statement: &str) -> Result<f32, Fau
     }
 }
 
+/// Powers of ten that are exact in `f64`.
+const TENS: [f64; 16] =
+    [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
+
+/// The nearest `f32` of a number as most files have them: a few digits and a point. `None`: it takes
+/// a closer look, or is no number.
+///
+/// Up to 15 digits and their power of ten are exact in `f64`, so their quotient is rounded once
+/// (Clinger, "How to Read Floating Point Numbers Accurately", PLDI 1990). Rounding it once more, to
+/// `f32`, is right unless it lies within its own error of the middle between two of those.
+fn plain(word: &[u8]) -> Option<f32> {
+    let (negative, digits) = match word {
+        [b'-', rest @ ..] => (true, rest),
+        _ => (false, word),
+    };
+    let (mut whole, mut count, mut after) = (0_u64, 0, None);
+    for (at, byte) in digits.iter().enumerate() {
+        match byte {
+            b'0'..=b'9' => {
+                whole = whole * 10 + u64::from(byte - b'0');
+                count += 1;
+                if count > 15 {
+                    return None;
+                }
+            }
+            b'.' if after.is_none() => after = Some(digits.len() - at - 1),
+            _ => return None,
+        }
+    }
+    if count == 0 {
+        return None;
+    }
+    let value = whole as f64 / TENS[after.unwrap_or(0)];
+    // Of the 29 bits that are lost.
+    let lost = value.to_bits() & ((1 << 29) - 1);
+    let middle = 1 << 28;
+    let near = (middle - 1..=middle + 1).contains(&lost);
+    (!near).then_some(if negative { -value as f32 } else { value as f32 })
+}
+
 /// A word of the file for a message: short and printable.
 pub(crate) fn shown(word: &[u8]) -> String {
     let text = String::from_utf8_lossy(&word[..word.len().min(40)]);
     let text: String = text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
     format!("`{text}`")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::plain;
+    use proptest::prelude::*;
+
+    #[test]
+    fn words_that_are_no_plain_numbers_are_left() {
+        for word in
+            ["", "-", ".", "-.", "+1", "1e5", "1.2.3", "nan", "1 ", "0x1", "1234567890123456"]
+        {
+            assert_eq!(plain(word.as_bytes()), None, "{word}");
+        }
+        // The middle between two numbers, and the least above it that is told apart.
+        assert_eq!(plain(b"16777217"), None);
+        assert_eq!(plain(b"16777217.0001"), Some(16_777_218.0));
+        assert_eq!(plain(b"-0").map(f32::to_bits), Some((-0.0_f32).to_bits()));
+        assert_eq!(plain(b"5."), Some(5.0));
+        assert_eq!(plain(b".5"), Some(0.5));
+    }
+
+    proptest! {
+        #[test]
+        fn plain_numbers_are_those_of_the_standard_library(
+            whole in 0_u64..1_000_000_000_000_000, point in 0..15_usize, negative: bool,
+        ) {
+            let mut word = whole.to_string();
+            if point < word.len() {
+                word.insert(point, '.');
+            }
+            let word = if negative { format!("-{word}") } else { word };
+            if let Some(value) = plain(word.as_bytes()) {
+                prop_assert_eq!(value.to_bits(), word.parse::<f32>().unwrap().to_bits());
+            }
+        }
+
+        /// Numbers around the middle between two, where rounding twice could err.
+        #[test]
+        fn so_are_those_near_a_middle(bits in 0x3a00_0000_u32..0x4b00_0000, digits in 0..9_usize) {
+            let below = f64::from(f32::from_bits(bits));
+            let above = f64::from(f32::from_bits(bits + 1));
+            let word = format!("{:.*}", digits, (below + above) / 2.0);
+            if let Some(value) = plain(word.as_bytes()) {
+                prop_assert_eq!(value.to_bits(), word.parse::<f32>().unwrap().to_bits(), "{}", word);
+            }
+        }
+    }
 }

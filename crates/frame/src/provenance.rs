@@ -2,7 +2,7 @@
 
 use crate::tiles::Tile;
 use reflet_film::{Compression, Format, Fps};
-use reflet_pack::SceneHash;
+use reflet_pack::{Filter, SceneHash};
 
 /// The program and its version.
 pub const SOFTWARE: &str = concat!("reflet ", env!("CARGO_PKG_VERSION"));
@@ -25,6 +25,8 @@ pub struct FileSettings {
     pub size: [u32; 2],
     /// Samples a pixel.
     pub samples: u32,
+    /// How they are spread around its centre.
+    pub filter: Filter,
     /// The file's format.
     pub format: Format,
     /// How much time a smaller file was worth.
@@ -188,8 +190,13 @@ fn name(compression: Compression) -> &'static str {
 
 impl std::fmt::Display for FileSettings {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let FileSettings { frame, size: [width, height], samples, format, compression } = self;
-        write!(f, "frame={frame} size={width}x{height} samples={samples} format={format}")?;
+        let FileSettings { frame, size: [width, height], samples, filter, format, compression } =
+            self;
+        write!(f, "frame={frame} size={width}x{height} samples={samples}")?;
+        if *filter != Filter::Box {
+            write!(f, " filter={}", filter.name())?;
+        }
+        write!(f, " format={format}")?;
         // Others know one way only.
         if matches!(format, Format::Png | Format::Png16 | Format::Exr | Format::Exr16) {
             write!(f, " compression={}", name(*compression))?;
@@ -211,6 +218,7 @@ impl FileSettings {
             frame: value("frame")?.parse().ok()?,
             size: [width.parse().ok()?, height.parse().ok()?],
             samples: value("samples")?.parse().ok()?,
+            filter: Filter::from_name(value("filter").unwrap_or(Filter::Box.name()))?,
             format: Format::from_name(value("format")?).ok()?,
             compression: all.into_iter().find(|c| name(*c) == compression)?,
         })
@@ -226,10 +234,14 @@ mod tests {
         for compression in [Compression::Fast, Compression::Balanced, Compression::Small] {
             let size = [65_535, 1];
             let format = Format::Exr;
-            let settings = FileSettings { frame: 7, size, samples: 4, format, compression };
-            assert_eq!(FileSettings::told(&settings.to_string()), Some(settings));
+            for filter in Filter::ALL {
+                let settings =
+                    FileSettings { frame: 7, size, samples: 4, filter, format, compression };
+                assert_eq!(FileSettings::told(&settings.to_string()), Some(settings));
+            }
         }
-        for bad in ["", "frame=1", "frame=x size=1x1 samples=1 format=exr", "=", "size=1"] {
+        let filter = "frame=1 size=1x1 samples=1 filter=no format=exr";
+        for bad in ["", filter, "frame=1", "frame=x size=1x1 samples=1 format=exr", "=", "size=1"] {
             assert_eq!(FileSettings::told(bad), None, "{bad}");
         }
     }

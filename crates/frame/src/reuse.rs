@@ -8,7 +8,7 @@
 //! | a pattern's cells | the cells of nodes, and levels below |
 //! | a surface | trees with a segment that touches its old or new box |
 //! | samples | those that are new |
-//! | eye, picture size, the number or kind of primitives | all |
+//! | eye, picture size, filter, the number or kind of primitives | all |
 
 use reflet_pack::{Changes, Columns, LightChange, LightId, MaterialId, Spread, SurfaceId, Volume};
 use reflet_trace::{Grid, Moved, PatternCells, Revision, Trees};
@@ -77,6 +77,7 @@ impl Plan {
         if changes.rebuilt {
             return Plan::Fresh("a surface consists of other primitives");
         }
+        // A script cannot write the filter in a frame, so whoever reads this moved the camera.
         if changes.view || old.grid != new.grid {
             return Plan::Fresh("the camera moved");
         }

@@ -13,7 +13,7 @@ use crate::tiles::Tile;
 use crate::verify;
 use crate::writer::Writer;
 use reflet_film::{Fps, Layout, SampleKind, Transfer, TransferTable};
-use reflet_pack::{Changes, Overrides, Packer, SceneHasher, TransferCurve};
+use reflet_pack::{Changes, Filter, Overrides, Packer, SceneHasher, TransferCurve};
 use reflet_script::{ScriptError, Stage};
 use reflet_trace::BatchColours;
 use std::path::PathBuf;
@@ -342,6 +342,7 @@ pub(crate) fn settings(packer: &Packer, job: &Job, frame: u32) -> FileSettings {
         frame,
         size: columns.view.size,
         samples: columns.samples,
+        filter: if columns.samples > 1 { columns.view.filter } else { Filter::Box },
         format: job.target.format(),
         compression: job.compression,
     }

@@ -10,7 +10,7 @@ use crate::ids::{LightId, MaterialId, SurfaceId};
 use crate::materials::MaterialRow;
 use crate::packer::spread;
 use crate::view::{Model, View};
-use reflet_scene::Image;
+use reflet_scene::{Filter, Image};
 
 /// A surface whose shape, place or visibility changed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ pub struct Changes {
     /// All of it, perhaps: a surface consists of other primitives than before, so that rows were
     /// numbered anew. Nothing else is told then.
     pub rebuilt: bool,
-    /// The eye or the picture's size.
+    /// The eye, the picture's size or the filter.
     pub view: bool,
     /// Samples a pixel, or where they are spent.
     pub samples: bool,
@@ -174,7 +174,7 @@ impl Changes {
 /// The scalar part of a frame, as bits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Settings {
-    view: [u64; 15],
+    view: ([u64; 15], Filter),
     samples: [u32; 2],
     model: [u32; 7],
 }
@@ -190,7 +190,7 @@ impl Settings {
         let path = m.max_path.to_bits();
         let model = [m.max_bounces, path, m.attenuation as u32, m.transfer as u32, r, g, b];
         let samples = [image.samples, spread(*image) as u32];
-        Settings { view: view.bits(), samples, model }
+        Settings { view: (view.bits(), view.filter), samples, model }
     }
 
     /// Whether two differ in nothing but background and attenuation.

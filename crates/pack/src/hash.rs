@@ -8,7 +8,7 @@ use crate::changes::Changes;
 use crate::columns::Columns;
 use crate::geometry::ShapeKind;
 use crate::ids::LightId;
-use reflet_scene::MeshData;
+use reflet_scene::{Filter, MeshData};
 use std::collections::HashMap;
 use std::fmt;
 use std::sync::Arc;
@@ -229,5 +229,10 @@ fn settings(columns: &Columns) -> blake3::Hash {
     words.add([model.max_bounces, model.max_path.to_bits()]);
     words.add([model.attenuation as u32, model.transfer as u32]);
     words.add(model.background.map(f32::to_bits));
+    // The only sample is in the centre, whatever the filter. A box says nothing, so that files from
+    // before there were others keep their names.
+    if columns.samples > 1 && columns.view.filter != Filter::Box {
+        words.add([columns.view.filter as u32]);
+    }
     words.finish()
 }

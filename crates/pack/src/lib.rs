@@ -16,6 +16,7 @@
 //! | [`materials`] | colours of reflection |
 //! | [`lights`] | where light comes from |
 //! | [`view`] | eye, picture, settings |
+//! | [`filter`] | where a filter puts a pixel's positions |
 //! | [`columns`] | all of them |
 //! | `parts` | what a surface is made of, and how a primitive fills its row |
 //! | `sources` | which surface a row shows, and through which groups and instances |
@@ -30,6 +31,7 @@ pub mod cells;
 pub mod changes;
 pub mod columns;
 pub mod copies;
+pub mod filter;
 pub mod geometry;
 pub mod hash;
 pub mod ids;
@@ -53,6 +55,6 @@ pub use geometry::{Geometry, SHAPE_KINDS, ShapeKind};
 pub use hash::{SceneHash, SceneHasher};
 pub use ids::{LightId, MaterialId, PrimId, Slot, SurfaceId};
 pub use packer::{NoCamera, Overrides, Packer};
-pub use reflet_scene::{Attenuation, Falloff, Key, MeshData, Spread, TransferCurve};
+pub use reflet_scene::{Attenuation, Falloff, Filter, Key, MeshData, Spread, TransferCurve};
 pub use sharing::Sharing;
 pub use solids::{Form, Solid};

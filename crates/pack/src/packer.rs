@@ -545,7 +545,8 @@ pub(crate) fn spread(image: Image) -> Spread {
 fn view(scene: &Scene, overrides: &Overrides) -> Option<View> {
     let camera = scene.get::<Camera>(scene.singletons.camera?)?;
     let image = scene.image();
-    Some(View::new(&camera, overrides.size.unwrap_or([image.width, image.height])))
+    let size = overrides.size.unwrap_or([image.width, image.height]);
+    Some(View::new(&camera, size, image.filter))
 }
 
 /// The lights that an entity is: one, or one a colour.

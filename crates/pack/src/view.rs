@@ -1,7 +1,7 @@
 //! Eye, picture, settings.
 
 use crate::materials::Rgb;
-use reflet_scene::{Attenuation, Camera, DVec3, Settings, TransferCurve};
+use reflet_scene::{Attenuation, Camera, DVec3, Filter, Settings, TransferCurve};
 
 /// What camera rays have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,11 +30,13 @@ pub struct View {
     pub up: [f64; 3],
     /// Width and height in pixels.
     pub size: [u32; 2],
+    /// How a pixel's positions are spread around its centre.
+    pub filter: Filter,
 }
 
 impl View {
     /// The view of `camera` on a picture of `size` pixels.
-    pub fn new(camera: &Camera, size: [u32; 2]) -> View {
+    pub fn new(camera: &Camera, size: [u32; 2], filter: Filter) -> View {
         let [w, h] = size.map(f64::from);
         match *camera {
             Camera::LookAt { eye, look_at, up, fov_degrees } => {
@@ -47,6 +49,7 @@ impl View {
                     right: (r * (k * (w / h))).to_array(),
                     up: (u * k).to_array(),
                     size,
+                    filter,
                 }
             }
             Camera::Parallel { eye, look_at, up, height } => {
@@ -59,6 +62,7 @@ impl View {
                     right: (r * (half * (w / h))).to_array(),
                     up: (u * half).to_array(),
                     size,
+                    filter,
                 }
             }
             Camera::Window { viewpoint, window } => View {
@@ -68,6 +72,7 @@ impl View {
                 right: [window[0] / 2.0, 0.0, 0.0],
                 up: [0.0, window[1] / 2.0, 0.0],
                 size,
+                filter,
             },
         }
     }
@@ -88,7 +93,7 @@ impl View {
         (self.eye, [(d[0] / length) as f32, (d[1] / length) as f32, (d[2] / length) as f32])
     }
 
-    /// The bits of all that decides the camera rays.
+    /// The bits of all that decides the ray through a place of the picture.
     pub fn bits(&self) -> [u64; 15] {
         let mut out = [0; 15];
         let wide = self.forward.iter().chain(&self.right).chain(&self.up).map(|x| x.to_bits());

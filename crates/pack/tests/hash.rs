@@ -3,8 +3,9 @@
 use glam::DVec3;
 use reflet_pack::{Overrides, Packer, SceneHash, SceneHasher};
 use reflet_scene::{
-    Attenuation, Camera, Checker, Falloff, Image, Material, Mesh, MeshData, Plane, PointLight,
-    Quad, Scene, Settings, Shading, Sphere, Spotlight, Surface, Tiles, TransferCurve, Triangle,
+    Attenuation, Camera, Checker, Falloff, Filter, Image, Material, Mesh, MeshData, Plane,
+    PointLight, Quad, Scene, Settings, Shading, Sphere, Spotlight, Surface, Tiles, TransferCurve,
+    Triangle,
 };
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -110,10 +111,12 @@ fn every_number_counts() {
     }
     assert_eq!(used, NUMBERS);
     type Change = fn(&mut Nouns);
-    let changes: [Change; 10] = [
+    let changes: [Change; 12] = [
         |n| n.image.width = 9,
         |n| n.image.height = 7,
         |n| n.image.samples = 2,
+        |n| n.image = Image { samples: 2, filter: Filter::Tent, ..n.image },
+        |n| n.image = Image { samples: 2, filter: Filter::Gaussian, ..n.image },
         |n| n.settings.max_bounces = 3,
         |n| n.settings.max_path = 99.0,
         |n| n.settings.attenuation = Attenuation::None,

@@ -50,6 +50,6 @@ pub use program::{Program, Shader};
 pub use quadric::{Caps, Cone, Cylinder, Ellipsoid, Hyperboloid, Paraboloid, Torus};
 pub use random::RandomStream;
 pub use scene::{Scene, Singletons};
-pub use settings::{Animation, Attenuation, Image, Settings, Spread, TransferCurve};
+pub use settings::{Animation, Attenuation, Filter, Image, Settings, Spread, TransferCurve};
 pub use shape::{Cuboid, Disc, Plane, Quad, Sphere, Triangle};
 pub use texture::{Mapping, TexelFilter, Texture, Textured};

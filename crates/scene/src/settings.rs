@@ -14,6 +14,8 @@ pub struct Image {
     pub samples: u32,
     /// Where they are spent.
     pub spread: Spread,
+    /// How they weigh what lies around the pixel's centre.
+    pub filter: Filter,
 }
 
 /// Where the samples of a picture are spent.
@@ -24,6 +26,36 @@ pub enum Spread {
     Everywhere,
     /// In pixels with an edge; the others have one.
     Edges,
+}
+
+/// How much what lies at some distance from a pixel's centre counts in it: along x times along y.
+/// None reaches farther than the centres of the neighbouring pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Filter {
+    /// The same in the whole pixel, nothing outside.
+    #[default]
+    Box,
+    /// Falling evenly to nothing at the neighbours' centres.
+    Tent,
+    /// A normal distribution of half a pixel's width, cut at the neighbours' centres.
+    Gaussian,
+}
+
+impl Filter {
+    /// All of them, in the order of their names in scripts.
+    pub const ALL: [Filter; 3] = [Filter::Box, Filter::Tent, Filter::Gaussian];
+    /// Their names, in scripts and files.
+    pub const NAMES: &'static [&'static str] = &["box", "tent", "gaussian"];
+
+    /// Its name, in scripts and files.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+
+    /// The filter of a name.
+    pub fn from_name(name: &str) -> Option<Filter> {
+        Self::ALL.into_iter().find(|filter| filter.name() == name)
+    }
 }
 
 impl Image {
@@ -48,7 +80,13 @@ impl Image {
 
 impl Default for Image {
     fn default() -> Self {
-        Self { width: 640, height: 360, samples: 1, spread: Spread::Everywhere }
+        Self {
+            width: 640,
+            height: 360,
+            samples: 1,
+            spread: Spread::Everywhere,
+            filter: Filter::Box,
+        }
     }
 }
 

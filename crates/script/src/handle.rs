@@ -1,12 +1,10 @@
 //! Handles: what makers return, and their properties.
 
-use crate::nouns::SHADER;
-use crate::state::Shared;
-use crate::symbolic;
+use crate::state::{Shared, record_function};
 use crate::table::Kind;
 use crate::trouble::Fallible;
 use reflet_scene::Key;
-use rhai::{Dynamic, Engine, FnPtr, NativeCallContext};
+use rhai::{Dynamic, Engine, NativeCallContext};
 
 /// What a script holds of an entity: its key and its kind, never the entity itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,16 +13,6 @@ pub(crate) struct Handle {
     pub kind: Kind,
     /// The frame call in which it was made; 0 is the script itself.
     pub epoch: u64,
-}
-
-/// What a function that is given to a shader records; it is called before the state is locked, since
-/// it may call makers.
-fn recorded(ctx: &NativeCallContext, handle: Handle, to: Dynamic) -> Fallible<Dynamic> {
-    let function = to.read_lock::<FnPtr>().map(|f| f.clone());
-    match function.filter(|_| handle.kind.name() == SHADER.maker) {
-        Some(function) => symbolic::record(ctx, &function).map(Dynamic::from),
-        None => Ok(to),
-    }
 }
 
 /// Registers the type and one property for every key of the table.
@@ -43,7 +31,7 @@ pub(crate) fn register(engine: &mut Engine, state: &Shared) {
         engine.register_set(
             name,
             move |ctx: NativeCallContext, handle: &mut Handle, to: Dynamic| -> Fallible<()> {
-                let to = recorded(&ctx, *handle, to)?;
+                let to = record_function(&ctx, handle.kind.0, name, to)?;
                 shared.lock().set(*handle, name, to, ctx.call_position())
             },
         );

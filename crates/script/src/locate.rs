@@ -45,8 +45,16 @@ impl Script<'_> {
             Blame::File => ErrorKind::Input,
         };
         let call = known(trouble.place).unwrap_or(call);
-        let at = self.ast.and_then(|ast| key_place(ast, call, trouble)).unwrap_or(call);
-        self.error(kind, trouble.message.clone(), at)
+        let place = |trouble: &Trouble| self.ast.and_then(|ast| key_place(ast, call, trouble));
+        let at = place(trouble);
+        if let Some((rival, message)) = trouble.rival.as_deref() {
+            let rival = Trouble { unknown: Some(rival.clone()), ..trouble.clone() };
+            let later = place(&rival).filter(|later| at.is_some_and(|at| before(at, Some(*later))));
+            if let Some(later) = later {
+                return self.error(kind, message.clone(), later);
+            }
+        }
+        self.error(kind, trouble.message.clone(), at.unwrap_or(call))
     }
 
     /// A run-time error, with all the places on the way to it.

@@ -7,7 +7,7 @@ use crate::shapes::{
 use crate::table::{AnyForm, Field, Form, KeyInfo, Role, Takes};
 use glam::DVec3;
 use reflet_scene::{
-    Animation, Attenuation, Camera, Checker, Falloff, Image, Key, Mapping, Material, Place,
+    Animation, Attenuation, Camera, Checker, Falloff, Filter, Image, Key, Mapping, Material, Place,
     PointLight, Projector, Settings, Shader, Spotlight, Spread, Stripes, Sun, TexelFilter,
     Textured, Tiles, TransferCurve,
 };
@@ -104,6 +104,16 @@ static IMAGE: Form<Image> = Form {
             },
             get: |i| (i.spread == Spread::Edges).into(),
             set: |i, v| i.spread = if v.into() { Spread::Edges } else { Spread::Everywhere },
+        },
+        Field {
+            info: KeyInfo {
+                name: "filter",
+                takes: Word(Filter::NAMES),
+                default: Some("\"box\""),
+                doc: "how several samples are spread around the pixel's centre: evenly within the pixel; falling evenly to the neighbours' centres; as a gaussian of sigma 0.5 pixels, cut at the neighbours' centres",
+            },
+            get: |i| (i.filter as usize).into(),
+            set: |i, v| i.filter = Filter::ALL[<usize as From<_>>::from(v)],
         },
     ],
     relations: None,

@@ -36,7 +36,7 @@ pub(crate) fn values(
     let mut values = Vec::with_capacity(map.len());
     for (name, given) in map {
         let Some((at, info)) = form.find(name) else {
-            return Err(unknown_key(form, name));
+            return Err(unknown_key(form, name, map));
         };
         values.push((at, value(state, Kind(form), info, given, call)?));
     }
@@ -60,28 +60,38 @@ pub(crate) fn values(
     Ok(values)
 }
 
-fn unknown_key(form: &'static dyn AnyForm, name: &str) -> Trouble {
+fn unknown_key(form: &'static dyn AnyForm, name: &str, map: &Map) -> Trouble {
     let keys = form.keys();
     let known: Vec<&str> = keys.iter().map(|k| k.name).collect();
     let other = FORMS.iter().find(|f| {
         f.maker() == form.maker() && !std::ptr::addr_eq(**f, form) && f.find(name).is_some()
     });
-    let message = match other {
-        Some(other) => {
-            let theirs: Vec<&str> = other.keys().iter().map(|k| k.name).collect();
-            format!(
-                "`{name}` does not go with `{}`: a {} takes {}, or {}",
-                known.first().unwrap_or(&""),
-                form.maker(),
-                names::listed(&known),
-                names::listed(&theirs)
-            )
-        }
-        None => {
-            format!("`{}` has no key `{name}`{}", form.maker(), names::offer(name, "takes", &known))
-        }
+    let unknown = Some(name.to_owned());
+    let Some(other) = other else {
+        let message = format!(
+            "`{}` has no key `{name}`{}",
+            form.maker(),
+            names::offer(name, "takes", &known)
+        );
+        return Trouble { unknown, ..Trouble::new(message) };
     };
-    Trouble { unknown: Some(name.to_owned()), ..Trouble::new(message) }
+    // There is one, or the other form would know more of the keys.
+    let clashes = |key: &&str| form.find(key).is_some() && other.find(key).is_none();
+    let rival = map.keys().map(|key| key.as_str()).find(clashes).unwrap_or_default();
+    let theirs: Vec<&str> = other.keys().iter().map(|k| k.name).collect();
+    let message = |wrong: &str, right: &str, of_right: &[&str], of_wrong: &[&str]| {
+        format!(
+            "`{wrong}` does not go with `{right}`: a {} takes {}, or {}",
+            form.maker(),
+            names::listed(of_right),
+            names::listed(of_wrong)
+        )
+    };
+    Trouble {
+        unknown,
+        rival: Some(Box::new((rival.to_owned(), message(rival, name, &theirs, &known)))),
+        ..Trouble::new(message(name, rival, &known, &theirs))
+    }
 }
 
 /// One value, fit for its key.

@@ -139,7 +139,7 @@ pub(crate) const HELPERS: &[HelperEntry] = &[
     helper("smoothstep", "smoothstep(e0, e1, x)", "0 below e0, 1 above e1, smooth between"),
     helper("mix", "mix(a, b, t)", "as lerp; in a shader's function also of symbolic values"),
     helper("step", "step(edge, x)", "1 where x >= edge, else 0"),
-    helper("mod", "mod(a, b)", "a - b floor(a / b)"),
+    helper("mod", "mod(a, b)", "a - b floor(a / b), with the sign of b; a % b has that of a"),
     helper(
         "noise",
         "noise(x, y, z)",

@@ -5,7 +5,7 @@ use crate::nouns::{CHECKER, FORMS, MATERIAL, SHADER, STRIPES, TEXTURED};
 use crate::origins::Origins;
 use crate::params::Parameters;
 use crate::placed::Placed;
-use crate::table::{AnyForm, Kind, Role, Value, to_dynamic};
+use crate::table::{AnyForm, Kind, Role, Takes, Value, to_dynamic};
 use crate::time::FrameFn;
 use crate::trouble::{Fallible, Trouble, trouble};
 use crate::wardrobe::Wardrobe;
@@ -431,16 +431,31 @@ fn unknown_property(kind: Kind, name: &str) -> Box<rhai::EvalAltResult> {
     trouble(format!("{} has no `{name}`{}", kind.with_article(), names::offer(name, "has", &known)))
 }
 
-/// Calls the functions in a shader's map, each in its place: before the state is locked, since they
-/// may call makers.
+/// What a function that is given for a key of a shader records; anything else as it is.
+/// It is called before the state is locked, since it may call makers.
+pub(crate) fn record_function(
+    ctx: &NativeCallContext,
+    form: &dyn AnyForm,
+    name: &str,
+    given: Dynamic,
+) -> Fallible<Dynamic> {
+    let expression = form.find(name).filter(|(_, info)| info.takes == Takes::Expression);
+    let function = given.read_lock::<FnPtr>().map(|f| f.clone());
+    match expression.zip(function) {
+        Some(((_, info), function)) => {
+            symbolic::record(ctx, info.name, &function).map(Dynamic::from)
+        }
+        None => Ok(given),
+    }
+}
+
+/// Calls the functions in a shader's map, each in its place.
 fn record_functions(ctx: &NativeCallContext, maker: &str, map: &mut Map) -> Fallible<()> {
     if maker != SHADER.maker {
         return Ok(());
     }
-    for value in map.values_mut() {
-        if let Some(function) = value.read_lock::<FnPtr>().map(|f| f.clone()) {
-            *value = Dynamic::from(symbolic::record(ctx, &function)?);
-        }
+    for (name, value) in map {
+        *value = record_function(ctx, &SHADER, name, std::mem::take(value))?;
     }
     Ok(())
 }

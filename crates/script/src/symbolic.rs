@@ -2,7 +2,7 @@
 //! expression that they are.
 
 use crate::trouble::{Fallible, Trouble, trouble};
-use crate::value::{describe, number, vector};
+use crate::value::{describe, number, takes_one, vector};
 use crate::vec3::Vec3;
 use reflet_scene::Program;
 use reflet_scene::program::{Binary, Coordinate, Op, Unary};
@@ -278,6 +278,15 @@ pub(crate) fn length(v: &Dynamic) -> Fallible<Dynamic> {
     Ok(v.dot(&v)?.map(|x| x.unary(Unary::Sqrt, f64::sqrt))?.dynamic())
 }
 
+/// What is left of a division, with the sign of `a`, as `%` of plain numbers has it.
+fn remainder(a: &Numbers, b: &Numbers) -> Fallible<Numbers> {
+    let [length, of] = [a, b].map(|v| v.map(|x| x.unary(Unary::Abs, f64::abs)));
+    let plain = |x: f64| Numbers::One(Number::Plain(x));
+    let sign = plain(0.0).with(Binary::Step, a)?.with(Binary::Multiply, &plain(2.0))?;
+    let sign = sign.with(Binary::Subtract, &plain(1.0))?;
+    modulo(&length?, &of?)?.with(Binary::Multiply, &sign)
+}
+
 /// a - b floor(a / b).
 fn modulo(a: &Numbers, b: &Numbers) -> Fallible<Numbers> {
     let whole = a.with(Binary::Divide, b)?.map(|x| x.unary(Unary::Floor, f64::floor))?;
@@ -300,11 +309,20 @@ fn noise(at: [&Dynamic; 3]) -> Fallible<Dynamic> {
     Ok(Dynamic::from(Symbol::record(&tape, Op::Noise(steps))?))
 }
 
-/// Calls a shader function and gives what it recorded.
-pub(crate) fn record(ctx: &NativeCallContext, function: &FnPtr) -> Fallible<Recorded> {
+/// Calls the shader function that is the value of a key, and gives what it recorded.
+pub(crate) fn record(
+    ctx: &NativeCallContext,
+    key: &'static str,
+    function: &FnPtr,
+) -> Fallible<Recorded> {
+    if !takes_one(ctx, function) {
+        let message =
+            format!("`{key}` takes a function with one parameter, the hit point: write |p| ...");
+        return Err(Trouble::with_key(key, message).into());
+    }
     let tape = Arc::new(Mutex::new(Tape::default()));
     let result: Dynamic = function.call_within_context(ctx, (HitPoint(tape.clone()),))?;
-    recorded(&tape, &result).map_err(Into::into)
+    recorded(&tape, &result).map_err(|trouble| trouble.inside(key).into())
 }
 
 /// A colour that is the same everywhere.
@@ -400,7 +418,7 @@ pub(crate) fn register(engine: &mut Engine) {
     pairs!(engine, "-", |a, b| a.with(Binary::Subtract, b), [f64, i64, Vec3, Array]);
     pairs!(engine, "*", |a, b| a.with(Binary::Multiply, b), [f64, i64, Vec3, Array]);
     pairs!(engine, "/", |a, b| a.with(Binary::Divide, b), [f64, i64, Vec3, Array]);
-    pairs!(engine, "%", modulo, [f64, i64, Vec3, Array]);
+    pairs!(engine, "%", remainder, [f64, i64, Vec3, Array]);
     pairs!(engine, "min", |a, b| a.with(Binary::Min, b), [f64, i64, Vec3, Array]);
     pairs!(engine, "max", |a, b| a.with(Binary::Max, b), [f64, i64, Vec3, Array]);
     refused!(engine, "<", "<=", ">", ">=", "==", "!=");

@@ -3,7 +3,7 @@
 use crate::names;
 use crate::state::Shared;
 use crate::trouble::{Fallible, trouble};
-use crate::value::describe;
+use crate::value::{describe, takes_one};
 use reflet_scene::Animation;
 #[allow(deprecated)] // "volatile", says Rhai of storing a context; its version is pinned.
 use rhai::NativeCallContextStore;
@@ -98,11 +98,7 @@ pub(crate) fn register(engine: &mut Engine, state: &Shared) {
             let function = function.try_cast::<FnPtr>().ok_or_else(|| {
                 trouble(format!("`on_frame` takes a function |f| {{ ... }}, got {words}"))
             })?;
-            let given = function.curry().len();
-            let fits = ctx
-                .iter_namespaces()
-                .any(|module| module.get_script_fn(function.fn_name(), given + 1).is_some());
-            if !fits {
+            if !takes_one(&ctx, &function) {
                 return Err(trouble(
                     "`on_frame` takes a function with one parameter: on_frame(|f| { ... })",
                 ));

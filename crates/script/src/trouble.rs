@@ -25,6 +25,8 @@ pub(crate) struct Trouble {
     pub path: Vec<&'static str>,
     /// An unknown key, as the script spells it, at the end of `path`.
     pub unknown: Option<String>,
+    /// Another key that clashes with `unknown`, and what is wrong if it is the later of the two.
+    pub rival: Option<Box<(String, String)>>,
     /// Who is to blame.
     pub blame: Blame,
     /// A place that is known already, before the place of the call.
@@ -38,6 +40,7 @@ impl Trouble {
             message: message.into(),
             path: Vec::new(),
             unknown: None,
+            rival: None,
             blame: Blame::Script,
             place: Position::NONE,
         }

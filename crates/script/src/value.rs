@@ -4,7 +4,7 @@ use crate::handle::Handle;
 use crate::trouble::{Fallible, trouble};
 use crate::vec3::Vec3;
 use glam::DVec3;
-use rhai::{Array, Dynamic};
+use rhai::{Array, Dynamic, FnPtr, NativeCallContext};
 
 /// A value in words, for messages: `the number 3`, `the string "a"`, `an array of 2`, `a sphere`.
 pub(crate) fn describe(value: &Dynamic) -> String {
@@ -133,4 +133,11 @@ pub(crate) fn need_colour(who: &str, value: &Dynamic) -> Fallible<DVec3> {
 pub(crate) fn need_array(who: &str, value: Dynamic) -> Fallible<Array> {
     let words = describe(&value);
     value.into_array().map_err(|_| trouble(format!("`{who}` takes an array, got {words}")))
+}
+
+/// Whether a function of the script takes one value beside those that it captured.
+pub(crate) fn takes_one(ctx: &NativeCallContext, function: &FnPtr) -> bool {
+    let parameters = function.curry().len() + 1;
+    ctx.iter_namespaces()
+        .any(|module| module.get_script_fn(function.fn_name(), parameters).is_some())
 }

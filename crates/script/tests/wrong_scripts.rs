@@ -53,6 +53,21 @@ fn every_wrong_script_says_what_is_wrong_where() {
     std::fs::write(folder.join("two.obj"), two).unwrap();
     // One pixel.
     std::fs::write(folder.join("dot.ppm"), "P6 1 1 255\nabc").unwrap();
+    let stl = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 nan\n";
+    let broken: [(&str, &[u8]); 9] = [
+        ("bad.obj", b"v 0 0 0\nv 1 0 x\n"),
+        ("far.obj", b"v 0 0 0\nv 1 0 0\nf 1 2 3\n"),
+        ("lost.obj", b"mtllib bad.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n"),
+        ("bad.mtl", b"newmtl a\nKd 1 x 0\n"),
+        ("bad.ply", b"ply\nformat ascii 1.0\nelement vertex 1\nproperty flaot x\n"),
+        ("bad.stl", stl.as_bytes()),
+        ("bad.glb", b"glTF\x02\0\0\0\x0c\0\0\0"),
+        ("bad.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x01"),
+        ("bad.ppm", b"P6 2 1 255\nabc"),
+    ];
+    for (name, bytes) in broken {
+        std::fs::write(folder.join(name), bytes).unwrap();
+    }
     let shown = folder.display().to_string();
     let mut cases = table(include_str!("wrong_scripts.txt"));
     cases.extend(table(include_str!("wrong_words.txt")));

@@ -2,15 +2,18 @@
 
 use crate::grid::TileRect;
 use reflet_accel::{HitCode, Rays};
+use reflet_pack::Filter;
+use reflet_pack::filter::place;
 use reflet_pack::view::View;
 
 /// Where sample `i` lies within its pixel: an additive recurrence whose steps are the powers of the
 /// inverse plastic number (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
-/// Sample 0 is the centre.
-pub fn position(i: u32) -> [f64; 2] {
+/// The filter spreads them by its weights; sample 0 is the centre.
+pub fn position(filter: Filter, i: u32) -> [f64; 2] {
     let frac = |x: f64| x - x.floor();
     let i = f64::from(i);
-    [frac(0.5 + i * 0.754_877_666_246_692_7), frac(0.5 + i * 0.569_840_290_998_053_2)]
+    let even = [frac(0.5 + i * 0.754_877_666_246_692_7), frac(0.5 + i * 0.569_840_290_998_053_2)];
+    even.map(|u| place(filter, u))
 }
 
 /// The camera rays of one sample of a tile, row by row.
@@ -26,7 +29,7 @@ pub(crate) fn some_rays(
     pixels: impl ExactSizeIterator<Item = u16>,
     rays: &mut Rays,
 ) {
-    let [a, b] = position(sample);
+    let [a, b] = position(view.filter, sample);
     let len = pixels.len();
     rays.resize(len);
     for (i, pixel) in pixels.enumerate() {

@@ -6,10 +6,10 @@ use glam::DVec3;
 use reflet_pack::{Overrides, Packer, Sharing};
 use reflet_scene::program::{Binary, Coordinate, Op, Unary};
 use reflet_scene::{
-    Attenuation, Camera, Caps, Checker, Cuboid, Cylinder, Disc, Ellipsoid, Falloff, Group, Image,
-    Instance, Key, Mapping, Material, Place, Plane, PointLight, Program, Projector, Quad, Scene,
-    Settings, Shader, Sphere, Spotlight, Spread, Stripes, Sun, Surface, TexelFilter, Texture,
-    Textured, Tiles, Torus, Triangle,
+    Attenuation, Camera, Caps, Checker, Cuboid, Cylinder, Disc, Ellipsoid, Falloff, Filter, Group,
+    Image, Instance, Key, Mapping, Material, Place, Plane, PointLight, Program, Projector, Quad,
+    Scene, Settings, Shader, Sphere, Spotlight, Spread, Stripes, Sun, Surface, TexelFilter,
+    Texture, Textured, Tiles, Torus, Triangle,
 };
 use std::sync::Arc;
 
@@ -339,9 +339,11 @@ pub fn edit(kind: usize, stage: &mut Stage, dice: &mut Dice) {
         }
         13 => {
             let key = s.singletons.image.expect("an image");
+            // Half of the time a box, so that samples are also added under one filter.
+            let filter = Filter::ALL[dice.below(4).saturating_sub(1)];
             let samples = 1 + dice.below(3) as u32;
             let spread = [Spread::Everywhere, Spread::Edges][dice.below(2)];
-            s.set(key, Image { samples, spread, ..s.image() });
+            s.set(key, Image { samples, spread, filter, ..s.image() });
         }
         14 => {
             // Surfaces and a light that live for one frame.
