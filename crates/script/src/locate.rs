@@ -47,7 +47,7 @@ impl Script<'_> {
         let call = known(trouble.place).unwrap_or(call);
         let place = |trouble: &Trouble| self.ast.and_then(|ast| key_place(ast, call, trouble));
         let at = place(trouble);
-        if let Some((rival, message)) = &trouble.rival {
+        if let Some((rival, message)) = trouble.rival.as_deref() {
             let rival = Trouble { unknown: Some(rival.clone()), ..trouble.clone() };
             let later = place(&rival).filter(|later| at.is_some_and(|at| before(at, Some(*later))));
             if let Some(later) = later {

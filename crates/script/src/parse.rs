@@ -88,7 +88,7 @@ fn unknown_key(form: &'static dyn AnyForm, name: &str, map: &Map) -> Trouble {
     };
     Trouble {
         unknown,
-        rival: Some((rival.to_owned(), message(rival, name, &theirs, &known))),
+        rival: Some(Box::new((rival.to_owned(), message(rival, name, &theirs, &known)))),
         ..Trouble::new(message(name, rival, &known, &theirs))
     }
 }

@@ -26,7 +26,7 @@ pub(crate) struct Trouble {
     /// An unknown key, as the script spells it, at the end of `path`.
     pub unknown: Option<String>,
     /// Another key that clashes with `unknown`, and what is wrong if it is the later of the two.
-    pub rival: Option<(String, String)>,
+    pub rival: Option<Box<(String, String)>>,
     /// Who is to blame.
     pub blame: Blame,
     /// A place that is known already, before the place of the call.
