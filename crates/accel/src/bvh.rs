@@ -6,6 +6,7 @@ use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, RayLanes};
 use crate::rays::Question;
 use crate::slab::enter;
+use crate::through;
 use crate::tree::{Child, Tree};
 use crate::visit::{Key, Slabs, Stack, visit};
 use fearless_simd::prelude::*;
@@ -70,8 +71,14 @@ fn walk<S: Simd, C: Counter>(
                 }
                 Err(leaf) => {
                     let before = found;
-                    counter.kernel(|| count::prims_of(blocks, leaf.0, leaf.1));
-                    found = test_any_kind(simd, blocks, leaf, ray, found, end);
+                    if let (ShapeKind::Copy, block) = leaf {
+                        let (copy, keys) = (&blocks.copies[block], &mut stack.keys[stack.top..]);
+                        let ray = (ray, near);
+                        found = through::cast(simd, copy, ray, question, found, keys, counter);
+                    } else {
+                        counter.kernel(|| count::prims_of(blocks, leaf.0, leaf.1));
+                        found = test_any_kind(simd, blocks, leaf, ray, found, end);
+                    }
                     if found != before {
                         if question == Question::Any {
                             return found;
@@ -100,8 +107,8 @@ pub fn test_any_kind<S: Simd>(
 ) -> (f32, u32) {
     match kind {
         ShapeKind::Sphere => test(simd, &blocks.spheres, block, ray, best, end),
-        // Planes are never in a tree.
-        ShapeKind::Plane => best,
+        // Planes are never in a tree, and copies are gone through.
+        ShapeKind::Plane | ShapeKind::Copy => best,
         ShapeKind::Quad => test(simd, &blocks.quads, block, ray, best, end),
         ShapeKind::Triangle => test(simd, &blocks.triangles, block, ray, best, end),
         ShapeKind::Solid => test(simd, &blocks.solids, block, ray, best, end),

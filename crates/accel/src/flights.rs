@@ -7,9 +7,11 @@ use crate::bvh::test_any_kind;
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES};
 use crate::rays::Question;
+use crate::through;
 use crate::tree::{Child, Tree};
 use crate::visit::{Key, Slabs, Stack, ask_for, key, visit};
 use fearless_simd::prelude::*;
+use reflet_pack::ShapeKind;
 
 /// How many rays are under way at once: while the node or block that one of them needs next is on
 /// its way from memory, the others go on. (Wald et al., "Interactive Rendering with Coherent Ray
@@ -48,9 +50,9 @@ pub fn cast<S: Simd, C: Counter>(
     );
 }
 
-/// The stack that [`cast`] needs for a tree.
-pub fn stack_len(tree: &Tree) -> usize {
-    FLIGHTS * LANES * (tree.depth + 1)
+/// The stack that [`cast`] needs for a tree of so many levels.
+pub fn stack_len(depth: usize) -> usize {
+    FLIGHTS * LANES * (depth + 2)
 }
 
 #[inline(always)]
@@ -130,6 +132,15 @@ fn step<S: Simd, C: Counter>(
             let (o, inv) = bundle.slabs(simd, slot);
             let slabs = Slabs { o, inv, near: flight.near };
             next = visit(simd, (tree, blocks), index, &slabs, end, &mut rest);
+        }
+        Err((ShapeKind::Copy, block)) => {
+            let ray = (&bundle.splat(simd, slot), flight.near);
+            let before = flight.found;
+            let (copy, keys) = (&blocks.copies[block], &mut rest.keys[rest.top..]);
+            flight.found = through::cast(simd, copy, ray, question, before, keys, counter);
+            if question == Question::Any && flight.found != before {
+                return false;
+            }
         }
         Err(leaf) => {
             counter.kernel(|| count::prims_of(blocks, leaf.0, leaf.1));

@@ -27,6 +27,8 @@
 //! | [`blocks`] | primitives in lanes |
 //! | [`tree`] | nodes of eight boxes |
 //! | [`build`] | the tree by binned surface area |
+//! | [`copies`] | meshes that stand in the scene once more |
+//! | [`through`] | one ray through one of them |
 //! | [`visit`] | a node's children that a ray meets, nearest first |
 //! | [`bvh`] | one ray through the tree |
 //! | [`flights`] | several single rays at once |
@@ -46,6 +48,7 @@ pub mod brute;
 pub mod build;
 pub mod bundle;
 pub mod bvh;
+pub mod copies;
 pub mod count;
 pub mod flights;
 pub mod frusta;
@@ -60,6 +63,7 @@ pub mod slab;
 pub mod solid;
 pub mod solids;
 pub mod stream;
+pub mod through;
 pub mod tile;
 pub mod tree;
 pub mod visit;
@@ -70,5 +74,5 @@ pub use count::Work;
 pub use isa::{Isa, IsaError};
 pub use rays::{HitCode, Hits, Question, RayCounts, Rays};
 pub use refit::Refit;
-pub use reflet_pack::PrimId;
+pub use reflet_pack::{PrimId, Slot};
 pub use stream::Way;

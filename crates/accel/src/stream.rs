@@ -24,6 +24,17 @@ pub struct Structures<'a> {
     pub tree: &'a Tree,
     /// How rays go through the tree.
     pub way: Way,
+    /// What its leaves stand for.
+    pub below: Below,
+}
+
+/// The trees of meshes below a tree whose leaves are copies.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Below {
+    /// The levels of the deepest.
+    pub depth: usize,
+    /// The nodes of all, once for each copy.
+    pub nodes: usize,
 }
 
 /// How rays go through a tree. Hits do not depend on it.
@@ -65,7 +76,7 @@ pub fn cast<S: Simd, C: Counter>(
     }
     let limits = Limits::of(what, question);
     let Memory { taken, some, stack } = memory;
-    stack.resize(stack.len().max(flights::stack_len(what.tree)), 0);
+    stack.resize(stack.len().max(flights::stack_len(what.tree.depth + what.below.depth)), 0);
     for first in (0..rays.len()).step_by(RAYS) {
         if taken.take(simd, rays, first).is_some() {
             taken.bound(simd, question);
@@ -127,7 +138,8 @@ impl Limits {
             }
         }
         // The fewer nodes there are, the less a wide bundle visits in vain.
-        let ease = (4096.0 / tree.nodes.len().max(1) as f32).sqrt();
+        let nodes = tree.nodes.len() + what.below.nodes;
+        let ease = (4096.0 / nodes.max(1) as f32).sqrt();
         let spread = match question {
             Question::Closest => 0.25,
             // A ray alone stops at its first hit, a bundle only at the last ray's.
@@ -182,7 +194,7 @@ fn cast_bundle<S: Simd, C: Counter>(
     stack: &mut [Key],
     counter: &mut C,
 ) {
-    tile::cast_at_list(simd, what.list, bundle, question, counter);
+    tile::cast_at_list(simd, what.list, bundle, question, stack, counter);
     if !what.tree.nodes.is_empty() {
         let (slopes, origins) = bundle.spread();
         if slopes < limits.spread && origins < limits.apart && bundle.len > LANES {

@@ -116,6 +116,7 @@ pub fn ask_for(tree: &Tree, blocks: &Blocks, child: Child) {
         Err((ShapeKind::Sphere, block)) => prefetch(&blocks.spheres.blocks, block),
         Err((ShapeKind::Quad, block)) => prefetch(&blocks.quads.blocks, block),
         Err((ShapeKind::Solid, block)) => prefetch(&blocks.solids.blocks, block),
+        Err((ShapeKind::Copy, block)) => prefetch(&blocks.copies, block),
         Err((_, block)) => prefetch(&blocks.triangles.blocks, block),
     }
 }
