@@ -144,6 +144,13 @@ impl Bundle {
         self.class[slot] != NO_CLASS && self.t[slot] > 0.0
     }
 
+    /// A bit for each ray that can hit anything, or anything more.
+    #[inline(always)]
+    pub fn castable(&self) -> u64 {
+        let bit = |slot: usize| u64::from(self.is_castable(slot)) << slot;
+        (0..self.len.min(RAYS)).fold(0, |all, slot| all | bit(slot))
+    }
+
     /// One ray in all lanes.
     #[inline(always)]
     pub fn splat<S: Simd>(&self, simd: S, slot: usize) -> RayLanes<S> {
@@ -175,6 +182,13 @@ impl Bundle {
     pub fn near(&self, slot: usize) -> [usize; 3] {
         let row = |k: usize| k + Node::HI * usize::from(self.inv[k][slot] < 0.0);
         [row(0), row(1), row(2)]
+    }
+
+    /// The octant of a ray's direction: bit k is set if it is negative along axis k.
+    #[inline(always)]
+    pub fn octant(&self, slot: usize) -> usize {
+        let bit = |k: usize| usize::from(self.inv[k][slot] < 0.0) << k;
+        bit(0) | bit(1) | bit(2)
     }
 
     /// Whether rays that are looked at as a sample start far from each other or run apart.

@@ -1,92 +1,10 @@
 //! One ray through the tree: eight boxes, then eight primitives at a time.
 
 use crate::blocks::{Block, Blocks, Shelf};
-use crate::bundle::Bundle;
-use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, RayLanes};
-use crate::rays::Question;
 use crate::slab::enter;
-use crate::tree::{Child, Tree};
-use crate::visit::{Key, Slabs, Stack, visit};
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
-
-/// Follows each ray of the bundle to its closest hit, or to any, one after the other.
-#[inline(never)]
-pub fn cast<S: Simd, C: Counter>(
-    simd: S,
-    tree: (&Tree, &Blocks),
-    bundle: &mut Bundle,
-    question: Question,
-    stack: &mut [Key],
-    counter: &mut C,
-) {
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            for slot in 0..bundle.len {
-                let best = (bundle.t[slot], bundle.code[slot]);
-                if bundle.is_castable(slot) {
-                    let ray = bundle.splat(simd, slot);
-                    let near = bundle.near(slot);
-                    let best = walk(simd, tree, (&ray, near), question, best, stack, counter);
-                    (bundle.t[slot], bundle.code[slot]) = best;
-                }
-            }
-        },
-    );
-}
-
-/// The better of `found` and the closest hit in the tree, or any. `near` says for each axis which
-/// row of a node holds the faces that the ray meets first.
-#[inline(always)]
-fn walk<S: Simd, C: Counter>(
-    simd: S,
-    (tree, blocks): (&Tree, &Blocks),
-    (ray, near): (&RayLanes<S>, [usize; 3]),
-    question: Question,
-    mut found: (f32, u32),
-    stack: &mut [Key],
-    counter: &mut C,
-) -> (f32, u32) {
-    let slabs = Slabs { o: ray.o, inv: ray.inv, near };
-    let mut stack = Stack { keys: stack, top: 0 };
-    let mut end = F::splat(simd, found.0);
-    let mut index = 0;
-    'node: loop {
-        counter.node();
-        let mut next = match visit(simd, (tree, blocks), index, &slabs, end, &mut stack) {
-            Some(nearest) => nearest,
-            None => match stack.pop(0, found.0) {
-                Some(next) => next,
-                None => return found,
-            },
-        };
-        loop {
-            match Child(next as u32).target() {
-                Ok(node) => {
-                    index = node;
-                    continue 'node;
-                }
-                Err(leaf) => {
-                    let before = found;
-                    counter.kernel(|| count::prims_of(blocks, leaf.0, leaf.1));
-                    found = test_any_kind(simd, blocks, leaf, ray, found, end);
-                    if found != before {
-                        if question == Question::Any {
-                            return found;
-                        }
-                        end = F::splat(simd, found.0);
-                    }
-                }
-            }
-            next = match stack.pop(0, found.0) {
-                Some(next) => next,
-                None => return found,
-            };
-        }
-    }
-}
 
 /// The better of `best` and the closest hit in a block of any kind.
 #[inline(always)]

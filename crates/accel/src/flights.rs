@@ -1,153 +1,266 @@
-//! Several rays through the tree at once, each on its own way: for rays that find little of what
-//! they need in the cache.
+//! Rays through the tree, each on its own way and many at once: all whose next step is a node, then
+//! all whose next step is a leaf.
+//!
+//! What a ray does next never steers a branch: the children that it meets are sorted and packed in
+//! registers, the next one is found on its stack by one comparison in lanes, and each ray is put on
+//! the list of what it needs next. So nothing is mispredicted, and while the memory that one ray
+//! needs is on its way, the others go on. (Wald et al., "Interactive Rendering with Coherent Ray
+//! Tracing", 2001, hide latency so within a packet; here the rays need have nothing in common.
+//! Barringer and Akenine-Möller, "Dynamic Ray Stream Traversal", SIGGRAPH 2014, keep lists, too.)
 
 use crate::blocks::Blocks;
 use crate::bundle::{Bundle, RAYS};
 use crate::bvh::test_any_kind;
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES};
+use crate::order::{self, Packed};
+use crate::prefetch::Ahead;
 use crate::rays::Question;
+use crate::slab::LEAVE;
 use crate::tree::{Child, Tree};
-use crate::visit::{Key, Slabs, Stack, ask_for, key, visit};
 use fearless_simd::prelude::*;
 
-/// How many rays are under way at once: while the node or block that one of them needs next is on
-/// its way from memory, the others go on. (Wald et al., "Interactive Rendering with Coherent Ray
-/// Tracing", 2001, hide latency so within a packet; here the rays need have nothing in common.)
-const FLIGHTS: usize = 6;
+use crate::lanes::{greater, lesser};
 
-/// A ray under way.
-#[derive(Clone, Copy, Default)]
-struct Flight {
-    /// Which ray of the bundle.
-    slot: usize,
-    /// For each axis, which row of a node holds the faces that the ray meets first.
-    near: [usize; 3],
-    /// The best t and code so far.
-    found: (f32, u32),
-    /// What it visits next.
-    next: Key,
-    /// Where its part of the stack begins, and where its top is.
-    bottom: usize,
-    top: usize,
+/// How many rays are under way at once.
+const FLIGHTS: usize = 32;
+
+/// A list is worked off once it has more rays than this: few rays leave gaps that more would fill.
+const FEW: usize = 8;
+
+/// A list of flights; lengths are kept apart.
+type List = [u8; FLIGHTS];
+
+/// What rays under way have still to visit: where they enter it, and what it is.
+#[derive(Default)]
+pub struct Stacks {
+    entries: Vec<f32>,
+    children: Vec<u32>,
 }
 
-/// Follows each ray of the bundle to its closest hit, or to any.
+impl Stacks {
+    /// Makes room for a tree.
+    pub fn fit(&mut self, tree: &Tree) {
+        let len = FLIGHTS * room(tree);
+        if self.entries.len() < len {
+            self.entries.resize(len, 0.0);
+            self.children.resize(len, 0);
+        }
+    }
+}
+
+/// What one ray needs: the end of its stack, what all nodes on its way may leave there, and as
+/// much as is written at once.
+fn room(tree: &Tree) -> usize {
+    LANES * (tree.depth + 3)
+}
+
+/// Where rays under way are.
+struct Flights {
+    /// Which ray of the bundle.
+    slot: [u8; FLIGHTS],
+    /// What it visits next.
+    next: [Child; FLIGHTS],
+    /// Where the top of its stack is.
+    top: [u32; FLIGHTS],
+    /// For each axis, which row of a node holds the faces that the ray meets first.
+    near: [[u8; 4]; FLIGHTS],
+    /// Those at a node, those at a leaf, and those that are done.
+    lists: [List; 3],
+    /// How many they are.
+    counts: [usize; 3],
+}
+
+const NODES: usize = 0;
+const LEAVES: usize = 1;
+const DONE: usize = 2;
+
+/// On which list a ray is put, by the kind of what it visits next.
+const LIST_OF: [u8; Child::KINDS] = {
+    let mut list = [NODES as u8; Child::KINDS];
+    let mut kind = Child::KINDS / 2;
+    while kind < Child::KINDS {
+        list[kind] = LEAVES as u8;
+        kind += 1;
+    }
+    list[Child::NONE.kind()] = DONE as u8;
+    list
+};
+
+/// Follows those rays of the bundle whose bits are set in `todo` to their closest hit, or to any.
 #[inline(never)]
 pub fn cast<S: Simd, C: Counter>(
     simd: S,
     tree: (&Tree, &Blocks),
-    bundle: &mut Bundle,
+    (bundle, todo): (&mut Bundle, u64),
     question: Question,
-    stack: &mut [Key],
+    stacks: &mut Stacks,
     counter: &mut C,
 ) {
     simd.vectorize(
         #[inline(always)]
-        || fly(simd, tree, bundle, question, stack, counter),
+        || fly(simd, tree, (bundle, todo), question, stacks, counter),
     );
-}
-
-/// The stack that [`cast`] needs for a tree.
-pub fn stack_len(tree: &Tree) -> usize {
-    FLIGHTS * LANES * (tree.depth + 1)
 }
 
 #[inline(always)]
 fn fly<S: Simd, C: Counter>(
     simd: S,
-    tree: (&Tree, &Blocks),
-    bundle: &mut Bundle,
+    (tree, blocks): (&Tree, &Blocks),
+    (bundle, mut todo): (&mut Bundle, u64),
     question: Question,
-    stack: &mut [Key],
+    stacks: &mut Stacks,
     counter: &mut C,
 ) {
-    let mut flights = [Flight::default(); FLIGHTS];
-    let mut count = 0;
-    let mut slot = 0;
-    let room = stack.len() / FLIGHTS;
-    for (i, flight) in flights.iter_mut().enumerate() {
-        flight.bottom = i * room;
-        if flight.start(bundle, &mut slot) {
-            count += 1;
-        }
+    let room = room(tree);
+    let ahead = Ahead::of(tree, blocks);
+    let mut f = Flights {
+        slot: [0; FLIGHTS],
+        next: [Child::ROOT; FLIGHTS],
+        top: [0; FLIGHTS],
+        near: [[0; 4]; FLIGHTS],
+        lists: [[0; FLIGHTS]; 3],
+        counts: [0, 0, FLIGHTS],
+    };
+    for i in 0..FLIGHTS {
+        f.lists[DONE][i] = i as u8;
+        let bottom = i * room;
+        // Nothing is entered as early as what lies at the bottom, so that it is always found.
+        stacks.entries[bottom..bottom + LANES].fill(f32::NEG_INFINITY);
+        stacks.children[bottom..bottom + LANES].fill(Child::NONE.0);
     }
-    while count > 0 {
-        let mut i = 0;
-        while i < count {
-            let flight = &mut flights[i % FLIGHTS];
-            if step(simd, tree, bundle, question, flight, stack, counter) {
-                i += 1;
-                continue;
+    loop {
+        if f.counts[DONE] > 0 && todo != 0 {
+            start(&mut f, bundle, &mut todo, room);
+        }
+        let (nodes, leaves) = (f.counts[NODES], f.counts[LEAVES]);
+        if nodes + leaves == 0 {
+            return;
+        }
+        if nodes > FEW || (leaves <= FEW && nodes >= leaves) {
+            let list = f.lists[NODES];
+            f.counts[NODES] = 0;
+            for i in list.iter().take(nodes) {
+                counter.node();
+                visit(simd, tree, bundle, &mut f, usize::from(*i) % FLIGHTS, stacks);
             }
-            (bundle.t[flight.slot % RAYS], bundle.code[flight.slot % RAYS]) = flight.found;
-            if !flight.start(bundle, &mut slot) {
-                count -= 1;
-                flights.swap(i % FLIGHTS, count % FLIGHTS);
+            for i in list.iter().take(nodes) {
+                go_on(simd, bundle, &mut f, usize::from(*i) % FLIGHTS, stacks, &ahead);
+            }
+        } else {
+            let mut list = f.lists[LEAVES];
+            f.counts[LEAVES] = 0;
+            let mut rest = 0;
+            for j in 0..leaves.min(FLIGHTS) {
+                let i = usize::from(list[j]) % FLIGHTS;
+                let slot = usize::from(f.slot[i]) % RAYS;
+                let Err(leaf) = f.next[i].target() else { continue };
+                counter.kernel(|| count::prims_of(blocks, leaf.0, leaf.1));
+                let ray = bundle.splat(simd, slot);
+                let before = (bundle.t[slot], bundle.code[slot]);
+                let end = F::splat(simd, before.0);
+                let found = test_any_kind(simd, blocks, leaf, &ray, before, end);
+                (bundle.t[slot], bundle.code[slot]) = found;
+                if question == Question::Any && found != before {
+                    f.put(i, DONE);
+                } else {
+                    list[rest % FLIGHTS] = i as u8;
+                    rest += 1;
+                }
+            }
+            for i in list.iter().take(rest) {
+                go_on(simd, bundle, &mut f, usize::from(*i) % FLIGHTS, stacks, &ahead);
             }
         }
     }
 }
 
-impl Flight {
-    /// Sets off with the next ray from `slot` on that can hit anything, if there is one.
+impl Flights {
     #[inline(always)]
-    fn start(&mut self, bundle: &Bundle, slot: &mut usize) -> bool {
-        while *slot < bundle.len {
-            let i = *slot % RAYS;
-            *slot += 1;
-            if bundle.is_castable(i) {
-                self.slot = i;
-                self.near = bundle.near(i);
-                self.found = (bundle.t[i], bundle.code[i]);
-                self.next = key(0.0, Child::ROOT);
-                self.top = self.bottom;
-                return true;
-            }
-        }
-        false
+    fn put(&mut self, flight: usize, list: usize) {
+        let count = self.counts[list];
+        self.lists[list][count % FLIGHTS] = flight as u8;
+        self.counts[list] = count + 1;
     }
 }
 
-/// Visits a node or a block; `false` if that was the last.
+/// Sets off with the next rays in place of those that are done.
 #[inline(always)]
-fn step<S: Simd, C: Counter>(
+fn start(f: &mut Flights, bundle: &Bundle, todo: &mut u64, room: usize) {
+    while *todo != 0 && f.counts[DONE] > 0 {
+        let slot = todo.trailing_zeros() as usize % RAYS;
+        *todo &= *todo - 1;
+        f.counts[DONE] -= 1;
+        let i = usize::from(f.lists[DONE][f.counts[DONE] % FLIGHTS]) % FLIGHTS;
+        f.slot[i] = slot as u8;
+        let [x, y, z] = bundle.near(slot);
+        let octant = bundle.octant(slot);
+        f.near[i] = [x as u8, y as u8, z as u8, octant as u8];
+        f.top[i] = (i * room + LANES) as u32;
+        f.next[i] = Child::ROOT;
+        f.put(i, NODES);
+    }
+}
+
+/// Holds a ray against the boxes of a node's children; those that it meets go onto its stack, the
+/// farthest lowest.
+#[inline(always)]
+fn visit<S: Simd>(
     simd: S,
-    (tree, blocks): (&Tree, &Blocks),
+    tree: &Tree,
     bundle: &Bundle,
-    question: Question,
-    flight: &mut Flight,
-    stack: &mut [Key],
-    counter: &mut C,
-) -> bool {
-    let slot = flight.slot;
-    let end = F::splat(simd, flight.found.0);
-    let mut rest = Stack { keys: stack, top: flight.top };
-    let mut next = None;
-    match Child(flight.next as u32).target() {
-        Ok(index) => {
-            counter.node();
-            let (o, inv) = bundle.slabs(simd, slot);
-            let slabs = Slabs { o, inv, near: flight.near };
-            next = visit(simd, (tree, blocks), index, &slabs, end, &mut rest);
-        }
-        Err(leaf) => {
-            counter.kernel(|| count::prims_of(blocks, leaf.0, leaf.1));
-            let ray = bundle.splat(simd, slot);
-            let before = flight.found;
-            flight.found = test_any_kind(simd, blocks, leaf, &ray, before, end);
-            if question == Question::Any && flight.found != before {
-                return false;
-            }
+    f: &mut Flights,
+    i: usize,
+    stacks: &mut Stacks,
+) {
+    let node = &tree.nodes[f.next[i].0 as usize];
+    let slot = usize::from(f.slot[i]) % RAYS;
+    let (o, inv) = bundle.slabs(simd, slot);
+    let [x, y, z, octant] = f.near[i].map(usize::from);
+    let mut entry = F::splat(simd, 0.0);
+    let mut exit = F::splat(simd, f32::INFINITY);
+    for (k, row) in [x, y, z].into_iter().enumerate() {
+        let first = (node.faces(simd, row) - o[k]) * inv[k];
+        let last = (node.faces(simd, row ^ crate::tree::Node::HI) - o[k]) * inv[k];
+        entry = greater(simd, first, entry);
+        exit = lesser(simd, last, exit);
+    }
+    // An equal entry may still hold a tie with a lower id.
+    let exit = lesser(simd, exit * LEAVE, F::splat(simd, bundle.t[slot]));
+    let met = entry.simd_le(exit);
+    let Packed { entries, children, count } =
+        order::pack(simd, entry, met, node.children(), node.order(octant));
+    let top = f.top[i] as usize;
+    stacks.entries[top..top + LANES].copy_from_slice(&entries);
+    stacks.children[top..top + LANES].copy_from_slice(&children);
+    f.top[i] += count;
+}
+
+/// Takes from a ray's stack what it visits next: the topmost that it enters before its end.
+#[inline(always)]
+fn go_on<S: Simd>(
+    simd: S,
+    bundle: &Bundle,
+    f: &mut Flights,
+    i: usize,
+    stacks: &mut Stacks,
+    ahead: &Ahead,
+) {
+    let end = F::splat(simd, bundle.t[usize::from(f.slot[i]) % RAYS]);
+    let mut top = f.top[i] as usize;
+    let mut met;
+    loop {
+        top -= LANES;
+        let entries = F::from_slice(simd, &stacks.entries[top..top + LANES]);
+        met = entries.simd_le(end).to_bitmask() as u32;
+        if met != 0 {
+            break;
         }
     }
-    let next = next.or_else(
-        #[inline(always)]
-        || rest.pop(flight.bottom, flight.found.0),
-    );
-    flight.top = rest.top;
-    let Some(next) = next else { return false };
-    ask_for(tree, blocks, Child(next as u32));
-    flight.next = next;
-    true
+    top += met.ilog2() as usize;
+    let next = Child(stacks.children[top]);
+    f.top[i] = top as u32;
+    f.next[i] = next;
+    ahead.ask_for(next);
+    f.put(i, usize::from(LIST_OF[next.kind()]) % 3);
 }

@@ -28,7 +28,8 @@
 //! | [`build`] | the tree by binned surface area |
 //! | [`visit`] | a node's children that a ray meets, nearest first |
 //! | [`bvh`] | one ray through the tree |
-//! | [`flights`] | several single rays at once |
+//! | [`flights`] | many single rays at once |
+//! | [`order`] | a node's children in the order of a ray |
 //! | [`prefetch`] | memory asked for early |
 //! | [`count`] | what a cast takes, counted |
 //! | [`bundle`] | rays that run together |
@@ -52,6 +53,7 @@ pub mod isa;
 pub mod kernels;
 pub mod known;
 pub mod lanes;
+pub mod order;
 pub mod prefetch;
 pub mod rays;
 pub mod refit;

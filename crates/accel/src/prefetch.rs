@@ -1,6 +1,9 @@
 //! What the machine is told about memory: rows before they are needed, and large pages. The one file
 //! with `unsafe`. Nothing but time depends on any of it.
 
+use crate::blocks::Blocks;
+use crate::tree::{Child, Tree};
+use reflet_pack::ShapeKind;
 use std::mem::MaybeUninit;
 
 /// Asks for a row, all of its cache lines. Nothing but time depends on it.
@@ -20,6 +23,49 @@ pub fn prefetch<T>(rows: &[T], index: usize) {
     }
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (rows, index);
+}
+
+/// Where the rows of each kind of child begin, and how far apart they are.
+pub struct Ahead {
+    rows: [(usize, usize); Child::KINDS],
+}
+
+impl Ahead {
+    /// For the children of a tree's nodes.
+    pub fn of(tree: &Tree, blocks: &Blocks) -> Ahead {
+        fn rows<T>(rows: &[T]) -> (usize, usize) {
+            (rows.as_ptr().addr(), size_of::<T>())
+        }
+        let mut all = [(0, 0); Child::KINDS];
+        all[..Child::KINDS / 2].fill(rows(&tree.nodes));
+        let mut set = |kind: ShapeKind, rows| all[Child::block(kind, 0).kind()] = rows;
+        set(ShapeKind::Sphere, rows(&blocks.spheres.blocks));
+        set(ShapeKind::Quad, rows(&blocks.quads.blocks));
+        set(ShapeKind::Triangle, rows(&blocks.triangles.blocks));
+        set(ShapeKind::Solid, rows(&blocks.solids.blocks));
+        all[Child::NONE.kind()] = rows(&tree.nodes);
+        Ahead { rows: all }
+    }
+
+    /// Asks for a child, or for most of it: as many cache lines whatever it is, so that nothing
+    /// need be predicted.
+    #[allow(unsafe_code)]
+    #[inline(always)]
+    pub fn ask_for(&self, child: Child) {
+        #[cfg(target_arch = "x86_64")]
+        {
+            use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            let (first, size) = self.rows[child.kind()];
+            let row = first.wrapping_add(child.index().wrapping_mul(size));
+            for line in 0..4 {
+                let at = std::ptr::without_provenance::<i8>(row.wrapping_add(64 * line));
+                // SAFETY: a prefetch may be given any address, and SSE is part of every x86-64.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(at) };
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = child;
+    }
 }
 
 /// Asks for pages of 2 MiB under what is written into `room` for the first time, where the system
