@@ -156,14 +156,16 @@ impl Bundle {
     pub fn splat<S: Simd>(&self, simd: S, slot: usize) -> RayLanes<S> {
         let slot = slot % RAYS;
         let at = |c: &[f32; RAYS]| F::splat(simd, c[slot]);
+        let turn = TURN[(self.class[slot] >> 1) as usize % 3];
         RayLanes {
             o: [at(&self.o[0]), at(&self.o[1]), at(&self.o[2])],
             d: [at(&self.d[0]), at(&self.d[1]), at(&self.d[2])],
             start: at(&self.start),
             inv: [at(&self.inv[0]), at(&self.inv[1]), at(&self.inv[2])],
             last: U::splat(simd, self.last[slot]),
-            turn: TURN[(self.class[slot] >> 1) as usize % 3],
+            turn,
             shear: [at(&self.shear[0]), at(&self.shear[1]), at(&self.shear[2])],
+            turned: [at(&self.o[turn[0]]), at(&self.o[turn[1]]), at(&self.o[turn[2]])],
         }
     }
 
@@ -240,14 +242,16 @@ impl Bundle {
     pub fn lanes<S: Simd>(&self, simd: S, group: usize) -> RayLanes<S> {
         let at = group * LANES..(group + 1) * LANES;
         let at = |c: &[f32; RAYS]| F::from_slice(simd, &c[at.clone()]);
+        let turn = self.turn;
         RayLanes {
             o: [at(&self.o[0]), at(&self.o[1]), at(&self.o[2])],
             d: [at(&self.d[0]), at(&self.d[1]), at(&self.d[2])],
             start: at(&self.start),
             inv: [at(&self.inv[0]), at(&self.inv[1]), at(&self.inv[2])],
             last: U::from_slice(simd, &self.last[group * LANES..(group + 1) * LANES]),
-            turn: self.turn,
+            turn,
             shear: [at(&self.shear[0]), at(&self.shear[1]), at(&self.shear[2])],
+            turned: [at(&self.o[turn[0]]), at(&self.o[turn[1]]), at(&self.o[turn[2]])],
         }
     }
 }

@@ -1,30 +1,9 @@
 //! One ray through the tree: eight boxes, then eight primitives at a time.
 
-use crate::blocks::{Block, Blocks, Shelf};
+use crate::blocks::{Block, Shelf};
 use crate::lanes::{F, LANES, RayLanes};
 use crate::slab::enter;
 use fearless_simd::prelude::*;
-use reflet_pack::ShapeKind;
-
-/// The better of `best` and the closest hit in a block of any kind.
-#[inline(always)]
-pub fn test_any_kind<S: Simd>(
-    simd: S,
-    blocks: &Blocks,
-    (kind, block): (ShapeKind, usize),
-    ray: &RayLanes<S>,
-    best: (f32, u32),
-    end: F<S>,
-) -> (f32, u32) {
-    match kind {
-        ShapeKind::Sphere => test(simd, &blocks.spheres, block, ray, best, end),
-        // Planes are never in a tree.
-        ShapeKind::Plane => best,
-        ShapeKind::Quad => test(simd, &blocks.quads, block, ray, best, end),
-        ShapeKind::Triangle => test(simd, &blocks.triangles, block, ray, best, end),
-        ShapeKind::Solid => test(simd, &blocks.solids, block, ray, best, end),
-    }
-}
 
 /// The better of `best` and the closest hit in a block.
 #[inline(always)]

@@ -8,19 +8,18 @@
 //! Tracing", 2001, hide latency so within a packet; here the rays need have nothing in common.
 //! Barringer and Akenine-Möller, "Dynamic Ray Stream Traversal", SIGGRAPH 2014, keep lists, too.)
 
-use crate::blocks::Blocks;
+use crate::blocks::{Block, Blocks, Shelf};
 use crate::bundle::{Bundle, RAYS};
-use crate::bvh::test_any_kind;
+use crate::bvh::test;
 use crate::count::{self, Counter};
-use crate::lanes::{F, LANES};
+use crate::lanes::{F, LANES, greater, lesser};
 use crate::order::{self, Packed};
 use crate::prefetch::Ahead;
 use crate::rays::Question;
 use crate::slab::LEAVE;
-use crate::tree::{Child, Tree};
+use crate::tree::{Child, Node, Tree};
 use fearless_simd::prelude::*;
-
-use crate::lanes::{greater, lesser};
+use reflet_pack::ShapeKind;
 
 /// How many rays are under way at once.
 const FLIGHTS: usize = 32;
@@ -28,31 +27,51 @@ const FLIGHTS: usize = 32;
 /// A list is worked off once it has more rays than this: few rays leave gaps that more would fill.
 const FEW: usize = 8;
 
-/// A list of flights; lengths are kept apart.
+/// Some of the rays under way; how many is kept apart.
 type List = [u8; FLIGHTS];
+
+/// How many lists there are: one a kind of child.
+const LISTS: usize = Child::KINDS;
+/// The list of rays at a node.
+const NODES: usize = 0;
+/// The list of rays that have nothing more to visit.
+const DONE: usize = Child::NONE.kind();
+
+/// On which list a ray is put, by the kind of what it visits next; nodes have many numbers.
+const LIST_OF: [u8; LISTS] = {
+    let mut list = [NODES as u8; LISTS];
+    let mut kind = LISTS / 2;
+    while kind < LISTS {
+        list[kind] = kind as u8;
+        kind += 1;
+    }
+    list
+};
 
 /// What rays under way have still to visit: where they enter it, and what it is.
 #[derive(Default)]
 pub struct Stacks {
     entries: Vec<f32>,
     children: Vec<u32>,
+    /// How much of it each ray has.
+    room: usize,
 }
 
 impl Stacks {
     /// Makes room for a tree.
     pub fn fit(&mut self, tree: &Tree) {
-        let len = FLIGHTS * room(tree);
-        if self.entries.len() < len {
-            self.entries.resize(len, 0.0);
-            self.children.resize(len, 0);
+        // The end of a stack, what all nodes on the way may leave there, and what is written at
+        // once.
+        self.room = LANES * (tree.depth + 3);
+        let len = self.entries.len().max(FLIGHTS * self.room);
+        self.entries.resize(len, 0.0);
+        self.children.resize(len, 0);
+        for bottom in (0..FLIGHTS).map(|i| i * self.room) {
+            // Nothing is entered as early as what lies at the bottom: it is always found.
+            self.entries[bottom..bottom + LANES].fill(f32::NEG_INFINITY);
+            self.children[bottom..bottom + LANES].fill(Child::NONE.0);
         }
     }
-}
-
-/// What one ray needs: the end of its stack, what all nodes on its way may leave there, and as
-/// much as is written at once.
-fn room(tree: &Tree) -> usize {
-    LANES * (tree.depth + 3)
 }
 
 /// Where rays under way are.
@@ -63,48 +82,20 @@ struct Flights {
     next: [Child; FLIGHTS],
     /// Where the top of its stack is.
     top: [u32; FLIGHTS],
-    /// For each axis, which row of a node holds the faces that the ray meets first.
+    /// For each axis, which row of a node holds the faces that the ray meets first; and its octant.
     near: [[u8; 4]; FLIGHTS],
-    /// Those at a node, those at a leaf, and those that are done.
-    lists: [List; 3],
+    /// Which rays need what next.
+    lists: [List; LISTS],
     /// How many they are.
-    counts: [usize; 3],
+    counts: [usize; LISTS],
+    /// Those whose next step is to be found.
+    moving: List,
+    /// How many they are.
+    movers: usize,
 }
-
-const NODES: usize = 0;
-const LEAVES: usize = 1;
-const DONE: usize = 2;
-
-/// On which list a ray is put, by the kind of what it visits next.
-const LIST_OF: [u8; Child::KINDS] = {
-    let mut list = [NODES as u8; Child::KINDS];
-    let mut kind = Child::KINDS / 2;
-    while kind < Child::KINDS {
-        list[kind] = LEAVES as u8;
-        kind += 1;
-    }
-    list[Child::NONE.kind()] = DONE as u8;
-    list
-};
 
 /// Follows those rays of the bundle whose bits are set in `todo` to their closest hit, or to any.
-#[inline(never)]
 pub fn cast<S: Simd, C: Counter>(
-    simd: S,
-    tree: (&Tree, &Blocks),
-    (bundle, todo): (&mut Bundle, u64),
-    question: Question,
-    stacks: &mut Stacks,
-    counter: &mut C,
-) {
-    simd.vectorize(
-        #[inline(always)]
-        || fly(simd, tree, (bundle, todo), question, stacks, counter),
-    );
-}
-
-#[inline(always)]
-fn fly<S: Simd, C: Counter>(
     simd: S,
     (tree, blocks): (&Tree, &Blocks),
     (bundle, mut todo): (&mut Bundle, u64),
@@ -112,94 +103,109 @@ fn fly<S: Simd, C: Counter>(
     stacks: &mut Stacks,
     counter: &mut C,
 ) {
-    let room = room(tree);
     let ahead = Ahead::of(tree, blocks);
-    let mut f = Flights {
-        slot: [0; FLIGHTS],
-        next: [Child::ROOT; FLIGHTS],
-        top: [0; FLIGHTS],
-        near: [[0; 4]; FLIGHTS],
-        lists: [[0; FLIGHTS]; 3],
-        counts: [0, 0, FLIGHTS],
-    };
-    for i in 0..FLIGHTS {
-        f.lists[DONE][i] = i as u8;
-        let bottom = i * room;
-        // Nothing is entered as early as what lies at the bottom, so that it is always found.
-        stacks.entries[bottom..bottom + LANES].fill(f32::NEG_INFINITY);
-        stacks.children[bottom..bottom + LANES].fill(Child::NONE.0);
-    }
+    let mut f = Flights::new();
     loop {
-        if f.counts[DONE] > 0 && todo != 0 {
-            start(&mut f, bundle, &mut todo, room);
+        if todo != 0 && f.counts[DONE] > 0 {
+            f.start(bundle, &mut todo, stacks.room);
         }
-        let (nodes, leaves) = (f.counts[NODES], f.counts[LEAVES]);
+        let (mut kind, mut leaves) = (ShapeKind::Sphere, 0);
+        for each in ShapeKind::ALL {
+            let count = f.counts[Child::block(each, 0).kind()];
+            if count > leaves {
+                (kind, leaves) = (each, count);
+            }
+        }
+        let nodes = f.counts[NODES];
         if nodes + leaves == 0 {
             return;
         }
         if nodes > FEW || (leaves <= FEW && nodes >= leaves) {
-            let list = f.lists[NODES];
-            f.counts[NODES] = 0;
-            for i in list.iter().take(nodes) {
-                counter.node();
-                visit(simd, tree, bundle, &mut f, usize::from(*i) % FLIGHTS, stacks);
-            }
-            for i in list.iter().take(nodes) {
-                go_on(simd, bundle, &mut f, usize::from(*i) % FLIGHTS, stacks, &ahead);
-            }
+            visit_all(simd, tree, bundle, &mut f, stacks, counter);
         } else {
-            let mut list = f.lists[LEAVES];
-            f.counts[LEAVES] = 0;
-            let mut rest = 0;
-            for j in 0..leaves.min(FLIGHTS) {
-                let i = usize::from(list[j]) % FLIGHTS;
-                let slot = usize::from(f.slot[i]) % RAYS;
-                let Err(leaf) = f.next[i].target() else { continue };
-                counter.kernel(|| count::prims_of(blocks, leaf.0, leaf.1));
-                let ray = bundle.splat(simd, slot);
-                let before = (bundle.t[slot], bundle.code[slot]);
-                let end = F::splat(simd, before.0);
-                let found = test_any_kind(simd, blocks, leaf, &ray, before, end);
-                (bundle.t[slot], bundle.code[slot]) = found;
-                if question == Question::Any && found != before {
-                    f.put(i, DONE);
-                } else {
-                    list[rest % FLIGHTS] = i as u8;
-                    rest += 1;
-                }
-            }
-            for i in list.iter().take(rest) {
-                go_on(simd, bundle, &mut f, usize::from(*i) % FLIGHTS, stacks, &ahead);
+            let at = (question, &mut f, &mut *bundle);
+            match kind {
+                ShapeKind::Sphere => test_all(simd, &blocks.spheres, kind, at, counter),
+                // Planes are never in a tree.
+                ShapeKind::Plane => {}
+                ShapeKind::Quad => test_all(simd, &blocks.quads, kind, at, counter),
+                ShapeKind::Triangle => test_all(simd, &blocks.triangles, kind, at, counter),
+                ShapeKind::Solid => test_all(simd, &blocks.solids, kind, at, counter),
             }
         }
+        go_on_all(simd, bundle, &mut f, stacks, &ahead);
     }
 }
 
 impl Flights {
+    fn new() -> Flights {
+        let mut f = Flights {
+            slot: [0; FLIGHTS],
+            next: [Child::ROOT; FLIGHTS],
+            top: [0; FLIGHTS],
+            near: [[0; 4]; FLIGHTS],
+            lists: [[0; FLIGHTS]; LISTS],
+            counts: [0; LISTS],
+            moving: [0; FLIGHTS],
+            movers: 0,
+        };
+        f.lists[DONE] = std::array::from_fn(|i| i as u8);
+        f.counts[DONE] = FLIGHTS;
+        f
+    }
+
     #[inline(always)]
     fn put(&mut self, flight: usize, list: usize) {
         let count = self.counts[list];
         self.lists[list][count % FLIGHTS] = flight as u8;
         self.counts[list] = count + 1;
     }
+
+    /// Takes all from a list.
+    #[inline(always)]
+    fn take(&mut self, list: usize) -> (List, usize) {
+        (self.lists[list], std::mem::take(&mut self.counts[list]).min(FLIGHTS))
+    }
+
+    /// Sets off with the next rays in place of those that are done.
+    fn start(&mut self, bundle: &Bundle, todo: &mut u64, room: usize) {
+        while *todo != 0 && self.counts[DONE] > 0 {
+            let slot = todo.trailing_zeros() as usize % RAYS;
+            *todo &= *todo - 1;
+            self.counts[DONE] -= 1;
+            let i = usize::from(self.lists[DONE][self.counts[DONE] % FLIGHTS]) % FLIGHTS;
+            self.slot[i] = slot as u8;
+            let [x, y, z] = bundle.near(slot);
+            self.near[i] = [x as u8, y as u8, z as u8, bundle.octant(slot) as u8];
+            self.top[i] = (i * room + LANES) as u32;
+            self.next[i] = Child::ROOT;
+            self.put(i, NODES);
+        }
+    }
 }
 
-/// Sets off with the next rays in place of those that are done.
-#[inline(always)]
-fn start(f: &mut Flights, bundle: &Bundle, todo: &mut u64, room: usize) {
-    while *todo != 0 && f.counts[DONE] > 0 {
-        let slot = todo.trailing_zeros() as usize % RAYS;
-        *todo &= *todo - 1;
-        f.counts[DONE] -= 1;
-        let i = usize::from(f.lists[DONE][f.counts[DONE] % FLIGHTS]) % FLIGHTS;
-        f.slot[i] = slot as u8;
-        let [x, y, z] = bundle.near(slot);
-        let octant = bundle.octant(slot);
-        f.near[i] = [x as u8, y as u8, z as u8, octant as u8];
-        f.top[i] = (i * room + LANES) as u32;
-        f.next[i] = Child::ROOT;
-        f.put(i, NODES);
-    }
+/// Visits the nodes that rays need next.
+#[inline(never)]
+fn visit_all<S: Simd, C: Counter>(
+    simd: S,
+    tree: &Tree,
+    bundle: &Bundle,
+    f: &mut Flights,
+    stacks: &mut Stacks,
+    counter: &mut C,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            (f.moving, f.movers) = f.take(NODES);
+            let (entries, children) = (&mut stacks.entries[..], &mut stacks.children[..]);
+            for j in 0..f.movers {
+                counter.node();
+                let i = usize::from(f.moving[j % FLIGHTS]) % FLIGHTS;
+                visit(simd, &tree.nodes, bundle, f, i, (entries, children));
+            }
+        },
+    );
 }
 
 /// Holds a ray against the boxes of a node's children; those that it meets go onto its stack, the
@@ -207,33 +213,89 @@ fn start(f: &mut Flights, bundle: &Bundle, todo: &mut u64, room: usize) {
 #[inline(always)]
 fn visit<S: Simd>(
     simd: S,
-    tree: &Tree,
+    nodes: &[Node],
     bundle: &Bundle,
     f: &mut Flights,
     i: usize,
-    stacks: &mut Stacks,
+    (entries, children): (&mut [f32], &mut [u32]),
 ) {
-    let node = &tree.nodes[f.next[i].0 as usize];
+    let node = &nodes[f.next[i].0 as usize];
     let slot = usize::from(f.slot[i]) % RAYS;
     let (o, inv) = bundle.slabs(simd, slot);
-    let [x, y, z, octant] = f.near[i].map(usize::from);
+    let near = f.near[i];
     let mut entry = F::splat(simd, 0.0);
     let mut exit = F::splat(simd, f32::INFINITY);
-    for (k, row) in [x, y, z].into_iter().enumerate() {
+    for k in 0..3 {
+        let row = usize::from(near[k]);
         let first = (node.faces(simd, row) - o[k]) * inv[k];
-        let last = (node.faces(simd, row ^ crate::tree::Node::HI) - o[k]) * inv[k];
+        let last = (node.faces(simd, row ^ Node::HI) - o[k]) * inv[k];
         entry = greater(simd, first, entry);
         exit = lesser(simd, last, exit);
     }
     // An equal entry may still hold a tie with a lower id.
     let exit = lesser(simd, exit * LEAVE, F::splat(simd, bundle.t[slot]));
-    let met = entry.simd_le(exit);
-    let Packed { entries, children, count } =
-        order::pack(simd, entry, met, node.children(), node.order(octant));
+    let order = node.order(usize::from(near[3]));
+    let met: Packed = order::pack(simd, entry, entry.simd_le(exit), node.children(), order);
     let top = f.top[i] as usize;
-    stacks.entries[top..top + LANES].copy_from_slice(&entries);
-    stacks.children[top..top + LANES].copy_from_slice(&children);
-    f.top[i] += count;
+    entries[top..top + LANES].copy_from_slice(&met.entries);
+    children[top..top + LANES].copy_from_slice(&met.children);
+    f.top[i] = top as u32 + met.count;
+}
+
+/// Tests the blocks of one kind that rays need next.
+#[inline(never)]
+fn test_all<S: Simd, B: Block, C: Counter>(
+    simd: S,
+    shelf: &Shelf<B>,
+    kind: ShapeKind,
+    (question, f, bundle): (Question, &mut Flights, &mut Bundle),
+    counter: &mut C,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let (list, count) = f.take(Child::block(kind, 0).kind());
+            f.movers = 0;
+            for flight in list.iter().take(count) {
+                let i = usize::from(*flight) % FLIGHTS;
+                let (slot, block) = (usize::from(f.slot[i]) % RAYS, f.next[i].index());
+                counter.kernel(|| count::prims_of(shelf, block));
+                let before = (bundle.t[slot], bundle.code[slot]);
+                let end = F::splat(simd, before.0);
+                let found = test(simd, shelf, block, &bundle.splat(simd, slot), before, end);
+                let is_new = found != before;
+                if is_new {
+                    (bundle.t[slot], bundle.code[slot]) = found;
+                }
+                if is_new && question == Question::Any {
+                    f.put(i, DONE);
+                } else {
+                    f.moving[f.movers % FLIGHTS] = *flight;
+                    f.movers += 1;
+                }
+            }
+        },
+    );
+}
+
+/// Finds what rays that have done a step visit next.
+#[inline(never)]
+fn go_on_all<S: Simd>(
+    simd: S,
+    bundle: &Bundle,
+    f: &mut Flights,
+    stacks: &Stacks,
+    ahead: &Ahead,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            for j in 0..f.movers {
+                let i = usize::from(f.moving[j % FLIGHTS]) % FLIGHTS;
+                go_on(simd, bundle, f, i, (&stacks.entries, &stacks.children), ahead);
+            }
+        },
+    );
 }
 
 /// Takes from a ray's stack what it visits next: the topmost that it enters before its end.
@@ -243,24 +305,22 @@ fn go_on<S: Simd>(
     bundle: &Bundle,
     f: &mut Flights,
     i: usize,
-    stacks: &mut Stacks,
+    (entries, children): (&[f32], &[u32]),
     ahead: &Ahead,
 ) {
     let end = F::splat(simd, bundle.t[usize::from(f.slot[i]) % RAYS]);
     let mut top = f.top[i] as usize;
-    let mut met;
-    loop {
+    let met = loop {
         top -= LANES;
-        let entries = F::from_slice(simd, &stacks.entries[top..top + LANES]);
-        met = entries.simd_le(end).to_bitmask() as u32;
+        let some = F::from_slice(simd, &entries[top..top + LANES]);
+        let met = some.simd_le(end).to_bitmask() as u32;
         if met != 0 {
-            break;
+            break met;
         }
-    }
+    };
     top += met.ilog2() as usize;
-    let next = Child(stacks.children[top]);
-    f.top[i] = top as u32;
-    f.next[i] = next;
+    let next = Child(children[top]);
+    (f.top[i], f.next[i]) = (top as u32, next);
     ahead.ask_for(next);
-    f.put(i, usize::from(LIST_OF[next.kind()]) % 3);
+    f.put(i, usize::from(LIST_OF[next.kind()]) % LISTS);
 }

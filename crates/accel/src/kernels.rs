@@ -94,7 +94,7 @@ pub struct QuadLanes<S: Simd> {
 #[inline(always)]
 pub fn quad<S: Simd>(simd: S, ray: &RayLanes<S>, q: &QuadLanes<S>) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
-    let o = ray.turned_origin();
+    let o = ray.turned;
     let a = sheared(ray, sub(q.corners[0], o));
     let b = sheared(ray, sub(q.corners[1], o));
     let c = sheared(ray, sub(q.corners[2], o));
@@ -129,7 +129,7 @@ pub struct TriangleLanes<S: Simd> {
 #[inline(always)]
 pub fn triangle<S: Simd>(simd: S, ray: &RayLanes<S>, tri: &TriangleLanes<S>) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
-    let o = ray.turned_origin();
+    let o = ray.turned;
     let (pa, pb, pc) = (sub(tri.corners[0], o), sub(tri.corners[1], o), sub(tri.corners[2], o));
     let (a, b, c) = (sheared(ray, pa), sheared(ray, pb), sheared(ray, pc));
     let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));

@@ -106,7 +106,7 @@ impl Child {
         Child(index as u32)
     }
 
-    pub(crate) fn block(kind: ShapeKind, index: usize) -> Child {
+    pub(crate) const fn block(kind: ShapeKind, index: usize) -> Child {
         Child(Self::LEAF | (kind as u32) << Self::KIND | index as u32)
     }
 
