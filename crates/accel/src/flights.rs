@@ -37,41 +37,63 @@ const NODES: usize = 0;
 /// The list of rays that have nothing more to visit.
 const DONE: usize = Child::NONE.kind();
 
-/// On which list a ray is put, by the kind of what it visits next; nodes have many numbers.
-const LIST_OF: [u8; LISTS] = {
-    let mut list = [NODES as u8; LISTS];
-    let mut kind = LISTS / 2;
-    while kind < LISTS {
-        list[kind] = kind as u8;
-        kind += 1;
-    }
-    list
-};
+/// Room for what all rays may have still to visit; a power of two, so that a place can be told to
+/// lie within by a mask. No more is touched than a tree needs.
+const ROOM: usize = 1 << 16;
 
 /// What rays under way have still to visit: where they enter it, and what it is.
-#[derive(Default)]
+#[derive(Clone)]
+#[repr(C, align(64))]
 pub struct Stacks {
-    entries: Vec<f32>,
-    children: Vec<u32>,
-    /// How much of it each ray has.
-    room: usize,
+    entries: [f32; ROOM + LANES],
+    /// Were the two columns a multiple of 4096 bytes apart, loads of the one would wait for stores
+    /// into the other.
+    apart: [u32; 500],
+    children: [u32; ROOM + LANES],
+    /// How much of it a ray has.
+    share: usize,
 }
 
 impl Stacks {
-    /// Makes room for a tree.
+    /// No rays' stacks.
+    pub fn new() -> Box<Stacks> {
+        // (Box::new would make it on the stack first.)
+        let empty = Stacks {
+            entries: [0.0; ROOM + LANES],
+            apart: [0; 500],
+            children: [0; ROOM + LANES],
+            share: 0,
+        };
+        Box::new(empty)
+    }
+
+    /// Shares the room out for a tree. Shares lie close to each other: in a cache of few ways they
+    /// would else compete for the same lines.
+    ///
+    /// # Panics
+    /// If the tree has more than 250 levels; one of binned branches has at most a hundred.
     pub fn fit(&mut self, tree: &Tree) {
         // The end of a stack, what all nodes on the way may leave there, and what is written at
         // once.
-        self.room = LANES * (tree.depth + 3);
-        let len = self.entries.len().max(FLIGHTS * self.room);
-        self.entries.resize(len, 0.0);
-        self.children.resize(len, 0);
-        for bottom in (0..FLIGHTS).map(|i| i * self.room) {
+        let share = LANES * (tree.depth + 3);
+        if share == self.share {
+            return;
+        }
+        assert!(share * FLIGHTS <= ROOM, "a tree of {} levels", tree.depth);
+        self.share = share;
+        for bottom in (0..FLIGHTS).map(|i| i * share) {
             // Nothing is entered as early as what lies at the bottom: it is always found.
             self.entries[bottom..bottom + LANES].fill(f32::NEG_INFINITY);
             self.children[bottom..bottom + LANES].fill(Child::NONE.0);
         }
     }
+}
+
+/// A place on the stacks from which on there are eight.
+#[inline(always)]
+fn place(at: u32) -> std::ops::Range<usize> {
+    let first = at as usize % ROOM;
+    first..first + LANES
 }
 
 /// Where rays under way are.
@@ -88,10 +110,6 @@ struct Flights {
     lists: [List; LISTS],
     /// How many they are.
     counts: [usize; LISTS],
-    /// Those whose next step is to be found.
-    moving: List,
-    /// How many they are.
-    movers: usize,
 }
 
 /// Follows those rays of the bundle whose bits are set in `todo` to their closest hit, or to any.
@@ -107,7 +125,7 @@ pub fn cast<S: Simd, C: Counter>(
     let mut f = Flights::new();
     loop {
         if todo != 0 && f.counts[DONE] > 0 {
-            f.start(bundle, &mut todo, stacks.room);
+            f.start(bundle, &mut todo, stacks.share);
         }
         let (mut kind, mut leaves) = (ShapeKind::Sphere, 0);
         for each in ShapeKind::ALL {
@@ -120,20 +138,20 @@ pub fn cast<S: Simd, C: Counter>(
         if nodes + leaves == 0 {
             return;
         }
+        let at = (question, &mut f, &mut *bundle);
+        let way = (&mut *stacks, &ahead);
         if nodes > FEW || (leaves <= FEW && nodes >= leaves) {
-            visit_all(simd, tree, bundle, &mut f, stacks, counter);
-        } else {
-            let at = (question, &mut f, &mut *bundle);
-            match kind {
-                ShapeKind::Sphere => test_all(simd, &blocks.spheres, kind, at, counter),
-                // Planes are never in a tree.
-                ShapeKind::Plane => {}
-                ShapeKind::Quad => test_all(simd, &blocks.quads, kind, at, counter),
-                ShapeKind::Triangle => test_all(simd, &blocks.triangles, kind, at, counter),
-                ShapeKind::Solid => test_all(simd, &blocks.solids, kind, at, counter),
-            }
+            visit_all(simd, tree, at, way, counter);
+            continue;
         }
-        go_on_all(simd, bundle, &mut f, stacks, &ahead);
+        match kind {
+            ShapeKind::Sphere => test_all(simd, &blocks.spheres, kind, at, way, counter),
+            // Planes are never in a tree.
+            ShapeKind::Plane => {}
+            ShapeKind::Quad => test_all(simd, &blocks.quads, kind, at, way, counter),
+            ShapeKind::Triangle => test_all(simd, &blocks.triangles, kind, at, way, counter),
+            ShapeKind::Solid => test_all(simd, &blocks.solids, kind, at, way, counter),
+        }
     }
 }
 
@@ -146,8 +164,6 @@ impl Flights {
             near: [[0; 4]; FLIGHTS],
             lists: [[0; FLIGHTS]; LISTS],
             counts: [0; LISTS],
-            moving: [0; FLIGHTS],
-            movers: 0,
         };
         f.lists[DONE] = std::array::from_fn(|i| i as u8);
         f.counts[DONE] = FLIGHTS;
@@ -156,6 +172,7 @@ impl Flights {
 
     #[inline(always)]
     fn put(&mut self, flight: usize, list: usize) {
+        let list = list % LISTS;
         let count = self.counts[list];
         self.lists[list][count % FLIGHTS] = flight as u8;
         self.counts[list] = count + 1;
@@ -168,7 +185,7 @@ impl Flights {
     }
 
     /// Sets off with the next rays in place of those that are done.
-    fn start(&mut self, bundle: &Bundle, todo: &mut u64, room: usize) {
+    fn start(&mut self, bundle: &Bundle, todo: &mut u64, share: usize) {
         while *todo != 0 && self.counts[DONE] > 0 {
             let slot = todo.trailing_zeros() as usize % RAYS;
             *todo &= *todo - 1;
@@ -177,7 +194,7 @@ impl Flights {
             self.slot[i] = slot as u8;
             let [x, y, z] = bundle.near(slot);
             self.near[i] = [x as u8, y as u8, z as u8, bundle.octant(slot) as u8];
-            self.top[i] = (i * room + LANES) as u32;
+            self.top[i] = (i * share + LANES) as u32;
             self.next[i] = Child::ROOT;
             self.put(i, NODES);
         }
@@ -189,20 +206,21 @@ impl Flights {
 fn visit_all<S: Simd, C: Counter>(
     simd: S,
     tree: &Tree,
-    bundle: &Bundle,
-    f: &mut Flights,
-    stacks: &mut Stacks,
+    (_, f, bundle): (Question, &mut Flights, &mut Bundle),
+    (stacks, ahead): (&mut Stacks, &Ahead),
     counter: &mut C,
 ) {
     simd.vectorize(
         #[inline(always)]
         || {
-            (f.moving, f.movers) = f.take(NODES);
-            let (entries, children) = (&mut stacks.entries[..], &mut stacks.children[..]);
-            for j in 0..f.movers {
+            let (list, count) = f.take(NODES);
+            for flight in &list[..count] {
                 counter.node();
-                let i = usize::from(f.moving[j % FLIGHTS]) % FLIGHTS;
-                visit(simd, &tree.nodes, bundle, f, i, (entries, children));
+                visit(simd, &tree.nodes, bundle, f, usize::from(*flight) % FLIGHTS, stacks);
+            }
+            // Apart, since a load of what has just been stored in two parts would wait for it.
+            for flight in &list[..count] {
+                go_on(simd, bundle, f, usize::from(*flight) % FLIGHTS, stacks, ahead);
             }
         },
     );
@@ -217,7 +235,7 @@ fn visit<S: Simd>(
     bundle: &Bundle,
     f: &mut Flights,
     i: usize,
-    (entries, children): (&mut [f32], &mut [u32]),
+    stacks: &mut Stacks,
 ) {
     let node = &nodes[f.next[i].0 as usize];
     let slot = usize::from(f.slot[i]) % RAYS;
@@ -236,10 +254,10 @@ fn visit<S: Simd>(
     let exit = lesser(simd, exit * LEAVE, F::splat(simd, bundle.t[slot]));
     let order = node.order(usize::from(near[3]));
     let met: Packed = order::pack(simd, entry, entry.simd_le(exit), node.children(), order);
-    let top = f.top[i] as usize;
-    entries[top..top + LANES].copy_from_slice(&met.entries);
-    children[top..top + LANES].copy_from_slice(&met.children);
-    f.top[i] = top as u32 + met.count;
+    let top = f.top[i];
+    stacks.entries[place(top)].copy_from_slice(&met.entries);
+    stacks.children[place(top)].copy_from_slice(&met.children);
+    f.top[i] = top + met.count;
 }
 
 /// Tests the blocks of one kind that rays need next.
@@ -249,50 +267,33 @@ fn test_all<S: Simd, B: Block, C: Counter>(
     shelf: &Shelf<B>,
     kind: ShapeKind,
     (question, f, bundle): (Question, &mut Flights, &mut Bundle),
+    (stacks, ahead): (&mut Stacks, &Ahead),
     counter: &mut C,
 ) {
     simd.vectorize(
         #[inline(always)]
         || {
             let (list, count) = f.take(Child::block(kind, 0).kind());
-            f.movers = 0;
-            for flight in list.iter().take(count) {
+            let (mut rest, mut len) = ([0; FLIGHTS], 0);
+            for flight in &list[..count] {
                 let i = usize::from(*flight) % FLIGHTS;
                 let (slot, block) = (usize::from(f.slot[i]) % RAYS, f.next[i].index());
                 counter.kernel(|| count::prims_of(shelf, block));
                 let before = (bundle.t[slot], bundle.code[slot]);
                 let end = F::splat(simd, before.0);
                 let found = test(simd, shelf, block, &bundle.splat(simd, slot), before, end);
-                let is_new = found != before;
-                if is_new {
+                if found != before {
                     (bundle.t[slot], bundle.code[slot]) = found;
+                    if question == Question::Any {
+                        f.put(i, DONE);
+                        continue;
+                    }
                 }
-                if is_new && question == Question::Any {
-                    f.put(i, DONE);
-                } else {
-                    f.moving[f.movers % FLIGHTS] = *flight;
-                    f.movers += 1;
-                }
+                rest[len % FLIGHTS] = *flight;
+                len += 1;
             }
-        },
-    );
-}
-
-/// Finds what rays that have done a step visit next.
-#[inline(never)]
-fn go_on_all<S: Simd>(
-    simd: S,
-    bundle: &Bundle,
-    f: &mut Flights,
-    stacks: &Stacks,
-    ahead: &Ahead,
-) {
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            for j in 0..f.movers {
-                let i = usize::from(f.moving[j % FLIGHTS]) % FLIGHTS;
-                go_on(simd, bundle, f, i, (&stacks.entries, &stacks.children), ahead);
+            for flight in &rest[..len.min(FLIGHTS)] {
+                go_on(simd, bundle, f, usize::from(*flight) % FLIGHTS, stacks, ahead);
             }
         },
     );
@@ -305,22 +306,21 @@ fn go_on<S: Simd>(
     bundle: &Bundle,
     f: &mut Flights,
     i: usize,
-    (entries, children): (&[f32], &[u32]),
+    stacks: &Stacks,
     ahead: &Ahead,
 ) {
     let end = F::splat(simd, bundle.t[usize::from(f.slot[i]) % RAYS]);
-    let mut top = f.top[i] as usize;
+    let mut top = f.top[i];
     let met = loop {
-        top -= LANES;
-        let some = F::from_slice(simd, &entries[top..top + LANES]);
+        top = top.wrapping_sub(LANES as u32);
+        let some = F::from_slice(simd, &stacks.entries[place(top)]);
         let met = some.simd_le(end).to_bitmask() as u32;
         if met != 0 {
             break met;
         }
     };
-    top += met.ilog2() as usize;
-    let next = Child(children[top]);
-    (f.top[i], f.next[i]) = (top as u32, next);
-    ahead.ask_for(next);
-    f.put(i, usize::from(LIST_OF[next.kind()]) % LISTS);
+    top += met.ilog2();
+    let next = Child(stacks.children[place(top)][0]);
+    (f.top[i], f.next[i]) = (top, next);
+    f.put(i, ahead.ask_for(next));
 }

@@ -43,7 +43,7 @@ pub struct Memory {
     taken: Box<Bundle>,
     some: Box<Bundle>,
     stack: Vec<Key>,
-    stacks: Stacks,
+    stacks: Option<Box<Stacks>>,
 }
 
 /// Casts all rays; `t` and `code` hold their ends and no code, and get their hits.
@@ -64,6 +64,7 @@ pub fn cast<S: Simd, C: Counter>(
     let limits = Limits::of(what, question);
     let Memory { taken, some, stack, stacks } = memory;
     stack.resize(stack.len().max(LANES * (what.tree.depth + 1)), 0);
+    let stacks = stacks.get_or_insert_with(Stacks::new);
     stacks.fit(what.tree);
     for first in (0..rays.len()).step_by(RAYS) {
         // Those rays that go through the tree alone.
