@@ -10,13 +10,12 @@
 
 use crate::blocks::{Block, Blocks, Shelf};
 use crate::bundle::{Bundle, RAYS};
-use crate::bvh::test;
 use crate::count::{self, Counter};
-use crate::lanes::{F, LANES, greater, lesser};
+use crate::lanes::{F, LANES, RayLanes, greater, lesser};
 use crate::order::{self, Packed};
-use crate::prefetch::Ahead;
+use crate::prefetch::{Ahead, prefetch};
 use crate::rays::Question;
-use crate::slab::LEAVE;
+use crate::slab::{BoxLanes, LEAVE, enter};
 use crate::tree::{Child, Node, Tree};
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
@@ -274,29 +273,81 @@ fn test_all<S: Simd, B: Block, C: Counter>(
         #[inline(always)]
         || {
             let (list, count) = f.take(Child::block(kind, 0).kind());
-            let (mut rest, mut len) = ([0; FLIGHTS], 0);
-            for flight in &list[..count] {
+            let mut found = Found { t: [[0.0; LANES]; FLIGHTS], code: [[0; LANES]; FLIGHTS] };
+            let (mut near, mut hitting) = ([0u8; FLIGHTS], 0);
+            for (j, flight) in list[..count].iter().enumerate() {
                 let i = usize::from(*flight) % FLIGHTS;
                 let (slot, block) = (usize::from(f.slot[i]) % RAYS, f.next[i].index());
                 counter.kernel(|| count::prims_of(shelf, block));
-                let before = (bundle.t[slot], bundle.code[slot]);
-                let end = F::splat(simd, before.0);
-                let found = test(simd, shelf, block, &bundle.splat(simd, slot), before, end);
-                if found != before {
-                    (bundle.t[slot], bundle.code[slot]) = found;
-                    if question == Question::Any {
-                        f.put(i, DONE);
-                        continue;
-                    }
-                }
-                rest[len % FLIGHTS] = *flight;
-                len += 1;
+                let c = shelf.blocks[block].test(simd, &bundle.splat(simd, slot));
+                let is_near = c.hit & c.t.simd_le(F::splat(simd, bundle.t[slot]));
+                // No comparison takes a NaN.
+                let t = is_near.select(c.t, F::splat(simd, f32::NAN));
+                t.store_slice(&mut found.t[j % FLIGHTS]);
+                c.code.store_slice(&mut found.code[j % FLIGHTS]);
+                near[hitting % FLIGHTS] = j as u8;
+                hitting += usize::from(is_near.any_true());
             }
-            for flight in &rest[..len.min(FLIGHTS)] {
-                go_on(simd, bundle, f, usize::from(*flight) % FLIGHTS, stacks, ahead);
+            let near = &near[..hitting.min(FLIGHTS)];
+            // Only those few need their boxes.
+            for j in near {
+                let i = usize::from(list[usize::from(*j) % FLIGHTS]) % FLIGHTS;
+                prefetch(&shelf.frames, f.next[i].index());
+            }
+            let mut done = 0u32;
+            for j in near {
+                let j = usize::from(*j) % FLIGHTS;
+                let i = usize::from(list[j]) % FLIGHTS;
+                let slot = usize::from(f.slot[i]) % RAYS;
+                let before = (bundle.t[slot], bundle.code[slot]);
+                let ray = bundle.splat(simd, slot);
+                let own = shelf.frames[f.next[i].index()].boxes(simd);
+                let after = better(simd, &ray, &own, (&found.t[j], &found.code[j]), before);
+                if after != before {
+                    (bundle.t[slot], bundle.code[slot]) = after;
+                    done |= u32::from(question == Question::Any) << i;
+                }
+            }
+            for flight in &list[..count] {
+                let i = usize::from(*flight) % FLIGHTS;
+                if done >> i & 1 == 1 {
+                    f.put(i, DONE);
+                } else {
+                    go_on(simd, bundle, f, i, stacks, ahead);
+                }
             }
         },
     );
+}
+
+/// What kernels have found, by flight.
+struct Found {
+    t: [[f32; LANES]; FLIGHTS],
+    code: [[u32; LANES]; FLIGHTS],
+}
+
+/// The better of `best` and what a kernel has found where the ray passes its own box.
+#[inline(always)]
+fn better<S: Simd>(
+    simd: S,
+    ray: &RayLanes<S>,
+    own: &BoxLanes<S>,
+    (t, code): (&[f32; LANES], &[u32; LANES]),
+    mut best: (f32, u32),
+) -> (f32, u32) {
+    let (entry, passes) = enter(simd, ray, own);
+    let t = F::from_slice(simd, t);
+    let t = entry.simd_gt(t).select(entry, t);
+    let mut bits = (passes & t.simd_le(F::splat(simd, best.0))).to_bitmask();
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize % LANES;
+        bits &= bits - 1;
+        let found = (t.as_slice()[lane], code[lane]);
+        if found.0 < best.0 || (found.0 == best.0 && found.1 < best.1) {
+            best = found;
+        }
+    }
+    best
 }
 
 /// Takes from a ray's stack what it visits next: the topmost that it enters before its end.

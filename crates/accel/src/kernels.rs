@@ -41,9 +41,6 @@ pub fn sphere<S: Simd>(simd: S, ray: &RayLanes<S>, s: &SphereLanes<S>) -> Candid
     let across = [l[0] - b * ray.d[0], l[1] - b * ray.d[1], l[2] - b * ray.d[2]];
     let disc = s.radius * s.radius - dot(across, across);
     let meets = disc.simd_ge(zero);
-    if !meets.any_true() {
-        return Candidate { t: b, hit: meets, code: s.code };
-    }
     let root = disc.sqrt();
     let (near, far) = (b - root, b + root);
     // The surface left apart from its side, and that side.

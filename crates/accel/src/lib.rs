@@ -27,7 +27,6 @@
 //! | [`tree`] | nodes of eight boxes |
 //! | [`build`] | the tree by binned surface area |
 //! | [`visit`] | a node's children that a ray meets, nearest first |
-//! | [`bvh`] | one ray through the tree |
 //! | [`flights`] | many single rays at once |
 //! | [`order`] | a node's children in the order of a ray |
 //! | [`prefetch`] | memory asked for early |
@@ -45,7 +44,6 @@ pub mod blocks;
 pub mod brute;
 pub mod build;
 pub mod bundle;
-pub mod bvh;
 pub mod count;
 pub mod flights;
 pub mod frusta;
