@@ -4,7 +4,7 @@ mod scenes;
 
 use criterion::{BatchSize, Criterion, Throughput};
 use reflet_accel::{Accel, Isa, Structure};
-use reflet_pack::{Geometry, PrimId};
+use reflet_pack::{Geometry, Slot};
 use scenes::Shape;
 
 const SHAPES: u32 = 100_000;
@@ -49,8 +49,7 @@ fn refit(criterion: &mut Criterion) {
     // There and back again, by so little that the tree never wears out.
     let places = [grid(0.0), grid(0.1)];
     for (name, moved) in [("1 of 100,000", 1), ("1,000 of 100,000", 1000), ("all", SHAPES)] {
-        let moved: Vec<PrimId> =
-            (0..SHAPES).step_by((SHAPES / moved) as usize).map(PrimId).collect();
+        let moved: Vec<Slot> = (0..SHAPES).step_by((SHAPES / moved) as usize).map(Slot).collect();
         let mut accel = Accel::build(&places[0], level, Structure::Tree);
         let mut turn = places.iter().cycle().skip(1);
         let mut move_all = || accel.refit(turn.next().expect("a cycle"), &moved);

@@ -2,14 +2,15 @@
 
 use crate::blocks::Blocks;
 use crate::build::{self, Quality};
+use crate::copies::MeshTrees;
 use crate::count::Work;
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Hits, Question, RayCounts, Rays};
 use crate::refit::{Places, Refit, WORN};
-use crate::stream::{self, Memory, Structures, Way};
+use crate::stream::{self, Below, Memory, Structures, Way};
 use crate::tree::Tree;
 use fearless_simd::{Fallback, Level, Simd, dispatch};
-use reflet_pack::{Geometry, PrimId, ShapeKind};
+use reflet_pack::{Geometry, ShapeKind, Slot};
 
 /// How primitives are kept. The answer does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -31,11 +32,14 @@ pub struct Accel {
     /// What the tree's leaves hold.
     leaves: Blocks,
     tree: Tree,
+    /// What copies of meshes share.
+    meshes: MeshTrees,
+    below: Below,
     structure: Structure,
     quality: Quality,
     way: Way,
-    /// How many primitives it was built from, visible or not.
-    prims: usize,
+    /// How many slots it was built from, visible or not.
+    slots: usize,
     /// The area of the tree's boxes when it was built.
     area: f32,
     /// Found when something moves for the first time.
@@ -58,27 +62,37 @@ impl Accel {
         structure: Structure,
         quality: Quality,
     ) -> Accel {
+        Accel::build_with(geometry, level, structure, quality, MeshTrees::default())
+    }
+
+    /// The same, with the trees of meshes as far as they are there.
+    fn build_with(
+        geometry: &Geometry,
+        level: Level,
+        structure: Structure,
+        quality: Quality,
+        mut meshes: MeshTrees,
+    ) -> Accel {
+        meshes.follow(geometry, level, quality);
         let visible = |kind: ShapeKind| {
-            let all = (0..geometry.len() as u32).map(PrimId);
-            let of_kind =
-                move |p: &PrimId| geometry.shape[p.index()].0 == kind && geometry.is_visible(*p);
-            all.filter(of_kind).collect::<Vec<_>>()
+            let of_kind = |s: &Slot| geometry.shape[s.index()].0 == kind && geometry.is_visible(*s);
+            geometry.slots().filter(of_kind).collect::<Vec<_>>()
         };
         let mut list = Blocks::default();
-        push(&mut list, geometry, ShapeKind::Plane, &visible(ShapeKind::Plane));
-        let bounded = geometry.len() - geometry.planes.prim.len();
+        list.push(ShapeKind::Plane, geometry, &visible(ShapeKind::Plane), &meshes);
+        let bounded = geometry.len() - geometry.planes.len();
         let as_list = match structure {
-            Structure::Auto => bounded <= LIST,
+            Structure::Auto => bounded <= LIST && geometry.copies.is_empty(),
             Structure::List => true,
             Structure::Tree => false,
         };
         let (mut leaves, mut tree) = (Blocks::default(), Tree::default());
         if as_list {
             for kind in ShapeKind::ALL.into_iter().filter(|kind| *kind != ShapeKind::Plane) {
-                push(&mut list, geometry, kind, &visible(kind));
+                list.push(kind, geometry, &visible(kind), &meshes);
             }
         } else {
-            tree = build::build(geometry, level, quality, &mut leaves);
+            tree = build::build(geometry, (level, quality), &mut leaves, &meshes);
         }
         let area = tree.area();
         Accel {
@@ -89,7 +103,9 @@ impl Accel {
             structure,
             quality,
             way: Way::Auto,
-            prims: geometry.len(),
+            below: meshes.below(geometry),
+            meshes,
+            slots: geometry.len(),
             area,
             places: None,
         }
@@ -100,8 +116,7 @@ impl Accel {
         self.way = way;
     }
 
-    /// Takes over where primitives of `moved` are now in `geometry`: their shape, or whether they
-    /// are visible. All others must be as they were. Hits are then those of a structure that was
+    /// Takes over where `moved` is now in `geometry`: its shape, or whether it is visible. All others must be as they were. Hits are then those of a structure that was
     /// built from `geometry`.
     ///
     /// Boxes are refitted, about a microsecond a primitive; the whole is built again, on all
@@ -109,19 +124,19 @@ impl Accel {
     /// another kind, or are visible for the first time since the structure was built, when most of
     /// very many have moved, which a new tree costs no more than, and when the boxes have grown to
     /// [`WORN`] times their area.
-    pub fn refit(&mut self, geometry: &Geometry, moved: &[PrimId]) -> Refit {
-        if geometry.len() == self.prims && !outnumber(moved.len(), self.prims) {
+    pub fn refit(&mut self, geometry: &Geometry, moved: &[Slot]) -> Refit {
+        if geometry.len() == self.slots && !outnumber(moved.len(), self.slots) {
             let Accel { list, leaves, tree, places, .. } = self;
-            let places =
-                places.get_or_insert_with(|| Places::find(geometry.len(), list, leaves, tree));
+            let places = places.get_or_insert_with(|| Places::find(geometry, list, leaves, tree));
             let done = places.refit(geometry, moved, (list, leaves, tree));
             // A NaN (of boxes that overflow) is no quality, either.
             if done && tree.area() <= WORN * self.area {
                 return Refit::Refitted;
             }
         }
-        let way = self.way;
-        *self = Accel::build_as(geometry, self.level, self.structure, self.quality);
+        let (way, meshes) = (self.way, std::mem::take(&mut self.meshes));
+        let (level, structure, quality) = (self.level, self.structure, self.quality);
+        *self = Accel::build_with(geometry, level, structure, quality, meshes);
         self.way = way;
         Refit::Rebuilt
     }
@@ -206,13 +221,14 @@ impl Accel {
     }
 
     fn structures(&self) -> Structures<'_> {
-        let Accel { list, leaves, tree, way, .. } = self;
-        Structures { list, leaves, tree, way: *way }
+        let Accel { list, leaves, tree, way, below, .. } = self;
+        Structures { list, leaves, tree, way: *way, below: *below }
     }
 
     /// Bytes that it holds.
     pub fn bytes(&self) -> usize {
-        self.list.bytes() + self.leaves.bytes() + size_of_val(&self.tree.nodes[..])
+        let trees = size_of_val(&self.tree.nodes[..]) + self.meshes.bytes();
+        self.list.bytes() + self.leaves.bytes() + trees
     }
 
     /// What a random ray through the tree's bounds costs by the surface-area heuristic: node visits
@@ -244,13 +260,7 @@ fn begin<'a>(rays: &Rays, hits: &'a mut Hits) -> (&'a mut [f32], &'a mut [HitCod
     (&mut hits.t, &mut hits.code)
 }
 
-/// Whether so many of `prims` have moved that a new tree is quicker than a refitted one.
-fn outnumber(moved: usize, prims: usize) -> bool {
-    prims >= 4096 && moved > prims / 4 * 3
-}
-
-fn push(blocks: &mut Blocks, geometry: &Geometry, kind: ShapeKind, prims: &[PrimId]) {
-    for some in prims.chunks(LANES) {
-        blocks.push(kind, geometry, some);
-    }
+/// Whether so much of what there is has moved that a new tree is quicker than a refitted one.
+fn outnumber(moved: usize, slots: usize) -> bool {
+    slots >= 4096 && moved > slots / 4 * 3
 }

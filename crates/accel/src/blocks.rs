@@ -1,5 +1,6 @@
 //! Primitives in lanes: what leaves hold.
 
+use crate::copies::{CopyBlock, MeshTrees};
 use crate::kernels::{self, Candidate, PlaneLanes, QuadLanes, SphereLanes, TriangleLanes};
 use crate::lanes::{F, LANES, RayLanes, U, V3};
 use crate::prefetch::prefer_large_pages;
@@ -7,7 +8,7 @@ use crate::rays::HitCode;
 use crate::slab::{self, BoxLanes};
 use fearless_simd::prelude::*;
 use rayon::prelude::*;
-use reflet_pack::{Aabb, Form, Geometry, PrimId, ShapeKind, Solid};
+use reflet_pack::{Aabb, Form, Geometry, ShapeKind, Slot, Solid};
 
 type Lane = [f32; LANES];
 
@@ -112,7 +113,7 @@ fn put(column: &mut [Lane; 3], lane: usize, v: [f32; 3]) {
 /// Up to eight primitives of one kind.
 pub trait Block: Default + Clone + Send + Sync {
     /// Writes a primitive into a lane.
-    fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId);
+    fn set(&mut self, lane: usize, g: &Geometry, slot: Slot);
     /// The code of each lane; [`crate::lanes::NO_PRIM`] where there is none.
     fn codes(&self) -> &[u32; LANES];
     /// Rays in lanes against the primitives of `pick`, place by place.
@@ -141,9 +142,9 @@ pub struct SphereBlock {
 }
 
 impl Block for SphereBlock {
-    fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId) {
-        let row = g.shape[prim.index()].1 as usize;
-        self.code[lane] = HitCode::outside(prim).0;
+    fn set(&mut self, lane: usize, g: &Geometry, slot: Slot) {
+        let row = g.shape[slot.index()].1 as usize;
+        self.code[lane] = HitCode::outside(g.first_prim(slot)).0;
         put(&mut self.center, lane, g.spheres.center.get(row));
         self.radius[lane] = g.spheres.radius[row];
     }
@@ -171,9 +172,9 @@ pub struct PlaneBlock {
 }
 
 impl Block for PlaneBlock {
-    fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId) {
-        let row = g.shape[prim.index()].1 as usize;
-        self.code[lane] = HitCode::outside(prim).0;
+    fn set(&mut self, lane: usize, g: &Geometry, slot: Slot) {
+        let row = g.shape[slot.index()].1 as usize;
+        self.code[lane] = HitCode::outside(g.first_prim(slot)).0;
         put(&mut self.point, lane, g.planes.point.get(row));
         put(&mut self.normal, lane, g.planes.normal.get(row));
     }
@@ -200,9 +201,9 @@ pub struct QuadBlock {
 }
 
 impl Block for QuadBlock {
-    fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId) {
-        let row = g.shape[prim.index()].1 as usize;
-        self.code[lane] = HitCode::outside(prim).0;
+    fn set(&mut self, lane: usize, g: &Geometry, slot: Slot) {
+        let row = g.shape[slot.index()].1 as usize;
+        self.code[lane] = HitCode::outside(g.first_prim(slot)).0;
         for (column, p) in self.corners.iter_mut().zip(g.quads.points(row)) {
             put(column, lane, p);
         }
@@ -236,10 +237,31 @@ pub struct TriangleBlock {
     code: [u32; LANES],
 }
 
+impl TriangleBlock {
+    /// A corner of all lanes.
+    pub(crate) fn corner(&self, i: usize) -> &[Lane; 3] {
+        &self.corners[i]
+    }
+
+    pub(crate) fn corner_mut(&mut self, i: usize) -> &mut [Lane; 3] {
+        &mut self.corners[i]
+    }
+
+    pub(crate) fn codes_mut(&mut self) -> &mut [u32; LANES] {
+        &mut self.code
+    }
+
+    /// The corners of one lane.
+    pub(crate) fn corners(&self, lane: usize) -> [[f32; 3]; 3] {
+        let at = |c: &[Lane; 3]| [c[0][lane], c[1][lane], c[2][lane]];
+        [at(&self.corners[0]), at(&self.corners[1]), at(&self.corners[2])]
+    }
+}
+
 impl Block for TriangleBlock {
-    fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId) {
-        let row = g.shape[prim.index()].1 as usize;
-        self.code[lane] = HitCode::outside(prim).0;
+    fn set(&mut self, lane: usize, g: &Geometry, slot: Slot) {
+        let row = g.shape[slot.index()].1 as usize;
+        self.code[lane] = HitCode::outside(g.first_prim(slot)).0;
         for (column, p) in self.corners.iter_mut().zip(g.triangles.points(row)) {
             put(column, lane, p);
         }
@@ -278,10 +300,10 @@ impl Default for SolidBlock {
 }
 
 impl Block for SolidBlock {
-    fn set(&mut self, lane: usize, g: &Geometry, prim: PrimId) {
-        self.code[lane] = HitCode::outside(prim).0;
-        self.rows[lane] = g.solids.rows[g.shape[prim.index()].1 as usize];
-        self.frame.set(lane, &g.bounds[prim.index()]);
+    fn set(&mut self, lane: usize, g: &Geometry, slot: Slot) {
+        self.code[lane] = HitCode::outside(g.first_prim(slot)).0;
+        self.rows[lane] = g.solids.rows[g.shape[slot.index()].1 as usize];
+        self.frame.set(lane, &g.bounds[slot.index()]);
     }
 
     fn codes(&self) -> &[u32; LANES] {
@@ -306,28 +328,27 @@ pub struct Shelf<B> {
 }
 
 impl<B: Block> Shelf<B> {
-    fn push(&mut self, g: &Geometry, prims: &[PrimId]) -> usize {
+    fn push(&mut self, g: &Geometry, slots: &[Slot]) {
         let index = self.blocks.len();
         self.blocks.push(B::default());
         self.frames.push(Frame::default());
-        for (lane, prim) in prims.iter().enumerate() {
-            self.set(index, lane, g, *prim);
+        for (lane, slot) in slots.iter().enumerate() {
+            self.set(index, lane, g, *slot);
         }
-        index
     }
 
-    fn set(&mut self, block: usize, lane: usize, g: &Geometry, prim: PrimId) {
-        self.blocks[block].set(lane, g, prim);
-        self.frames[block].set(lane, &g.bounds[prim.index()]);
+    fn set(&mut self, block: usize, lane: usize, g: &Geometry, slot: Slot) {
+        self.blocks[block].set(lane, g, slot);
+        self.frames[block].set(lane, &g.bounds[slot.index()]);
     }
 
     /// Makes all blocks at once, on all threads.
-    fn fill(&mut self, g: &Geometry, prims: &[PrimId], leaves: &[Leaf]) {
+    fn fill(&mut self, g: &Geometry, slots: &[Slot], leaves: &[Leaf]) {
         let block = |leaf: &Leaf| {
             let (mut block, mut frame) = (B::default(), Frame::default());
-            for (lane, prim) in prims[leaf.first..leaf.first + leaf.len].iter().enumerate() {
-                block.set(lane, g, *prim);
-                frame.set(lane, &g.bounds[prim.index()]);
+            for (lane, slot) in slots[leaf.first..leaf.first + leaf.len].iter().enumerate() {
+                block.set(lane, g, *slot);
+                frame.set(lane, &g.bounds[slot.index()]);
             }
             (block, frame)
         };
@@ -366,6 +387,8 @@ pub struct Blocks {
     pub triangles: Shelf<TriangleBlock>,
     /// Solids.
     pub solids: Shelf<SolidBlock>,
+    /// Copies of meshes, one a block.
+    pub copies: Vec<CopyBlock>,
 }
 
 impl Blocks {
@@ -377,12 +400,13 @@ impl Blocks {
             && self.quads.blocks.is_empty()
             && self.triangles.blocks.is_empty()
             && self.solids.blocks.is_empty()
+            && self.copies.is_empty()
     }
 
     /// Bytes that they hold.
     pub fn bytes(&self) -> usize {
         let flat = self.planes.bytes() + self.quads.bytes() + self.triangles.bytes();
-        flat + self.spheres.bytes() + self.solids.bytes()
+        flat + self.spheres.bytes() + self.solids.bytes() + size_of_val(&self.copies[..])
     }
 
     /// How many blocks there are of a kind.
@@ -393,6 +417,7 @@ impl Blocks {
             ShapeKind::Quad => self.quads.blocks.len(),
             ShapeKind::Triangle => self.triangles.blocks.len(),
             ShapeKind::Solid => self.solids.blocks.len(),
+            ShapeKind::Copy => self.copies.len(),
         }
     }
 
@@ -404,6 +429,7 @@ impl Blocks {
             ShapeKind::Quad => self.quads.blocks[block].codes(),
             ShapeKind::Triangle => self.triangles.blocks[block].codes(),
             ShapeKind::Solid => self.solids.blocks[block].codes(),
+            ShapeKind::Copy => self.copies[block].codes(),
         }
     }
 
@@ -415,39 +441,56 @@ impl Blocks {
             ShapeKind::Quad => self.quads.frames[block].union(),
             ShapeKind::Triangle => self.triangles.frames[block].union(),
             ShapeKind::Solid => self.solids.frames[block].union(),
+            ShapeKind::Copy => self.copies[block].bounds(),
         }
     }
 
-    /// Writes a primitive into a lane.
-    pub fn set(&mut self, kind: ShapeKind, block: usize, lane: usize, g: &Geometry, prim: PrimId) {
+    /// Writes a primitive into a lane, or a copy into its block.
+    pub fn set(&mut self, kind: ShapeKind, block: usize, lane: usize, g: &Geometry, slot: Slot) {
         match kind {
-            ShapeKind::Sphere => self.spheres.set(block, lane, g, prim),
-            ShapeKind::Plane => self.planes.set(block, lane, g, prim),
-            ShapeKind::Quad => self.quads.set(block, lane, g, prim),
-            ShapeKind::Triangle => self.triangles.set(block, lane, g, prim),
-            ShapeKind::Solid => self.solids.set(block, lane, g, prim),
+            ShapeKind::Sphere => self.spheres.set(block, lane, g, slot),
+            ShapeKind::Plane => self.planes.set(block, lane, g, slot),
+            ShapeKind::Quad => self.quads.set(block, lane, g, slot),
+            ShapeKind::Triangle => self.triangles.set(block, lane, g, slot),
+            ShapeKind::Solid => self.solids.set(block, lane, g, slot),
+            ShapeKind::Copy => self.copies[block].place(g, slot),
         }
     }
 
     /// Makes a block of each of `leaves`, in place of all blocks of their kind.
-    pub fn fill(&mut self, kind: ShapeKind, g: &Geometry, prims: &[PrimId], leaves: &[Leaf]) {
+    pub fn fill(
+        &mut self,
+        kind: ShapeKind,
+        g: &Geometry,
+        slots: &[Slot],
+        leaves: &[Leaf],
+        meshes: &MeshTrees,
+    ) {
         match kind {
-            ShapeKind::Sphere => self.spheres.fill(g, prims, leaves),
-            ShapeKind::Plane => self.planes.fill(g, prims, leaves),
-            ShapeKind::Quad => self.quads.fill(g, prims, leaves),
-            ShapeKind::Triangle => self.triangles.fill(g, prims, leaves),
-            ShapeKind::Solid => self.solids.fill(g, prims, leaves),
+            ShapeKind::Sphere => self.spheres.fill(g, slots, leaves),
+            ShapeKind::Plane => self.planes.fill(g, slots, leaves),
+            ShapeKind::Quad => self.quads.fill(g, slots, leaves),
+            ShapeKind::Triangle => self.triangles.fill(g, slots, leaves),
+            ShapeKind::Solid => self.solids.fill(g, slots, leaves),
+            ShapeKind::Copy => {
+                let copy = |leaf: &Leaf| CopyBlock::new(g, slots[leaf.first], meshes);
+                self.copies = leaves.iter().map(copy).collect();
+            }
         }
     }
 
-    /// Puts up to eight primitives of one kind into a new block and gives its index.
-    pub fn push(&mut self, kind: ShapeKind, g: &Geometry, prims: &[PrimId]) -> usize {
+    /// Appends blocks of all of `slots`, which are of one kind.
+    pub fn push(&mut self, kind: ShapeKind, g: &Geometry, slots: &[Slot], meshes: &MeshTrees) {
+        let blocks = slots.chunks(LANES);
         match kind {
-            ShapeKind::Sphere => self.spheres.push(g, prims),
-            ShapeKind::Plane => self.planes.push(g, prims),
-            ShapeKind::Quad => self.quads.push(g, prims),
-            ShapeKind::Triangle => self.triangles.push(g, prims),
-            ShapeKind::Solid => self.solids.push(g, prims),
+            ShapeKind::Sphere => blocks.for_each(|some| self.spheres.push(g, some)),
+            ShapeKind::Plane => blocks.for_each(|some| self.planes.push(g, some)),
+            ShapeKind::Quad => blocks.for_each(|some| self.quads.push(g, some)),
+            ShapeKind::Triangle => blocks.for_each(|some| self.triangles.push(g, some)),
+            ShapeKind::Solid => blocks.for_each(|some| self.solids.push(g, some)),
+            ShapeKind::Copy => {
+                self.copies.extend(slots.iter().map(|slot| CopyBlock::new(g, *slot, meshes)));
+            }
         }
     }
 }

@@ -5,6 +5,7 @@
 use crate::rays::HitCode;
 use crate::slab::LEAVE;
 use crate::solid::{self, Leaves};
+use reflet_pack::copies::facing;
 use reflet_pack::{Aabb, Geometry, PrimId, ShapeKind};
 
 type V = [f32; 3];
@@ -39,8 +40,10 @@ pub fn hit(
     (o, d, t_min): (V, V, f32),
     last: HitCode,
 ) -> Option<(f32, HitCode)> {
-    let (kind, row) = g.shape[prim.index()];
+    let (slot, which) = g.slot_of(prim);
+    let (kind, row) = g.shape[slot.index()];
     let row = row as usize;
+    let mut bounds = g.bounds[slot.index()];
     let code = HitCode::outside(prim);
     let left = HitCode(last.0 & !1) == code;
     let (t, code) = match kind {
@@ -78,14 +81,13 @@ pub fn hit(
             }
             (dot(n, sub(points[0], o)) / dot(n, d), code)
         }
-        ShapeKind::Triangle => {
-            let [a, b, c] = g.triangles.points(row).map(|p| sheared(d, sub(p, o)));
-            let e = [edge(c, b), edge(a, c), edge(b, a)];
-            let det = e[0] + e[1] + e[2];
-            if (e.iter().any(|e| *e < 0.0) && e.iter().any(|e| *e > 0.0)) || det == 0.0 {
-                return None;
+        ShapeKind::Triangle => (triangle((o, d), g.triangles.points(row))?, code),
+        ShapeKind::Copy => {
+            let points = g.copies[row].triangle(which);
+            if !bounds.is_empty() {
+                bounds = facing(points).1;
             }
-            ((e[0] * a[2] + e[1] * b[2] + e[2] * c[2]) / det, code)
+            (triangle((o, d), points)?, code)
         }
         ShapeKind::Solid => {
             let leaves = if left { Leaves::This } else { Leaves::Another };
@@ -97,8 +99,19 @@ pub fn hit(
     if has_one_root && left || !above(t, t_min) {
         return None;
     }
-    let entry = enter(o, d, &g.bounds[prim.index()])?;
+    let entry = enter(o, d, &bounds)?;
     Some((if entry > t { entry } else { t }, code))
+}
+
+/// The distance of a triangle, wherever its plane is met inside.
+fn triangle((o, d): (V, V), points: [V; 3]) -> Option<f32> {
+    let [a, b, c] = points.map(|p| sheared(d, sub(p, o)));
+    let e = [edge(c, b), edge(a, c), edge(b, a)];
+    let det = e[0] + e[1] + e[2];
+    if (e.iter().any(|e| *e < 0.0) && e.iter().any(|e| *e > 0.0)) || det == 0.0 {
+        return None;
+    }
+    Some((e[0] * a[2] + e[1] * b[2] + e[2] * c[2]) / det)
 }
 
 fn sheared(d: V, v: V) -> V {
@@ -139,7 +152,7 @@ pub fn closest(
     if !castable {
         return best;
     }
-    for prim in (0..g.len() as u32).map(PrimId) {
+    for prim in (0..g.prims()).map(PrimId) {
         if let Some((t, code)) = hit(g, prim, (o, d, t_min), last)
             && t < best.0
         {

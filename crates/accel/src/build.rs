@@ -6,13 +6,14 @@
 //! are, since unions and counts do not depend on their order, and parts are joined in a fixed one.
 
 use crate::blocks::{Blocks, Leaf};
+use crate::copies::{MeshTrees, stands_alone};
 use crate::lanes::{F, LANES, lesser};
 use crate::prefetch::prefer_large_pages;
 use crate::tree::{Child, Node, Tree};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
-use reflet_pack::{Aabb, Geometry, PrimId, SHAPE_KINDS, ShapeKind};
+use reflet_pack::{Aabb, Geometry, SHAPE_KINDS, ShapeKind, Slot};
 
 /// How much a tree is worth. The answer does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -53,7 +54,7 @@ type Rows = [f32; LANES];
 /// Neutral in a union.
 const NOTHING: Rows = [f32::INFINITY; LANES];
 
-/// A primitive's box; the fourth row is its id, by its bits, the eighth its kind.
+/// What is in a slot: its box; the fourth row is the slot, by its bits, the eighth its kind.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
 struct Item {
@@ -61,17 +62,17 @@ struct Item {
 }
 
 impl Item {
-    const ID: usize = 3;
+    const SLOT: usize = 3;
     const KIND: usize = 7;
 
-    fn new(g: &Geometry, prim: PrimId) -> Item {
-        let Aabb { lo, hi } = &g.bounds[prim.index()];
-        let (id, kind) = (f32::from_bits(prim.0), f32::from_bits(g.shape[prim.index()].0 as u32));
-        Item { rows: [lo[0], lo[1], lo[2], id, -hi[0], -hi[1], -hi[2], kind] }
+    fn new(g: &Geometry, slot: Slot) -> Item {
+        let Aabb { lo, hi } = &g.bounds[slot.index()];
+        let kind = f32::from_bits(g.shape[slot.index()].0 as u32);
+        Item { rows: [lo[0], lo[1], lo[2], f32::from_bits(slot.0), -hi[0], -hi[1], -hi[2], kind] }
     }
 
-    fn prim(&self) -> PrimId {
-        PrimId(self.rows[Self::ID].to_bits())
+    fn slot(&self) -> Slot {
+        Slot(self.rows[Self::SLOT].to_bits())
     }
 
     fn kind(&self) -> u32 {
@@ -110,7 +111,10 @@ impl<'a> Branch<'a> {
         depth: usize,
     ) -> Branch<'a> {
         let bounds = shared(simd, items, Sum::Boxes);
-        let is_leaf = items.len() <= LANES && items.iter().all(|i| i.kind() == items[0].kind());
+        let is_leaf = items.len() == 1
+            || items.len() <= LANES
+                && items.iter().all(|i| i.kind() == items[0].kind())
+                && !stands_alone(ShapeKind::ALL[items[0].kind() as usize]);
         Branch { items, room, first, bounds, depth, is_leaf }
     }
 }
@@ -168,22 +172,27 @@ fn sum<S: Simd>(simd: S, items: &[Item], what: Sum) -> Rows {
 
 /// Builds the tree over all visible primitives but planes, and puts them into `blocks`, which are
 /// empty.
-pub fn build(g: &Geometry, level: Level, quality: Quality, blocks: &mut Blocks) -> Tree {
-    let wanted = |p: &PrimId| g.is_visible(*p) && g.shape[p.index()].0 != ShapeKind::Plane;
-    let ids = (0..g.len() as u32).into_par_iter().with_min_len(PARALLEL).map(PrimId);
-    let count = ids.clone().filter(wanted).count();
+pub fn build(
+    g: &Geometry,
+    (level, quality): (Level, Quality),
+    blocks: &mut Blocks,
+    meshes: &MeshTrees,
+) -> Tree {
+    let wanted = |s: &Slot| g.is_visible(*s) && g.shape[s.index()].0 != ShapeKind::Plane;
+    let slots = (0..g.len() as u32).into_par_iter().with_min_len(PARALLEL).map(Slot);
+    let count = slots.clone().filter(wanted).count();
     if count == 0 {
         return Tree::default();
     }
     let [mut items, mut room] = [(); 2].map(|()| with_room(count));
-    items.extend((0..g.len() as u32).map(PrimId).filter(wanted).map(|p| Item::new(g, p)));
+    items.extend(g.slots().filter(wanted).map(|slot| Item::new(g, slot)));
     room.resize(count, Item { rows: NOTHING });
     let (some, spare) = (&mut items[..], &mut room[..]);
     let part = dispatch!(level, simd => plant(simd, quality, some, spare));
-    let prims: Vec<PrimId> =
-        items.par_iter().with_min_len(PARALLEL).map(|item| item.prim()).collect();
+    let slots: Vec<Slot> =
+        items.par_iter().with_min_len(PARALLEL).map(|item| item.slot()).collect();
     for (kind, leaves) in ShapeKind::ALL.into_iter().zip(&part.leaves) {
-        blocks.fill(kind, g, &prims, leaves);
+        blocks.fill(kind, g, &slots, leaves, meshes);
     }
     let mut nodes = with_room(part.nodes.len());
     nodes.extend(part.nodes);
@@ -324,8 +333,8 @@ impl<S: Simd> Planter<S> {
     #[inline(always)]
     fn sort(&self, items: &mut [Item], room: &mut [Item], depth: usize) -> usize {
         let len = items.len();
-        let middle = if len <= LANES {
-            let kind = items[0].kind();
+        let kind = items[0].kind();
+        let middle = if len <= LANES && !stands_alone(ShapeKind::ALL[kind as usize]) {
             partition(
                 self.simd,
                 items,

@@ -146,9 +146,17 @@ impl Bundle {
 
     /// A bit for each ray that can hit anything, or anything more.
     #[inline(always)]
-    pub fn castable(&self) -> u64 {
-        let bit = |slot: usize| u64::from(self.is_castable(slot)) << slot;
-        (0..self.len.min(RAYS)).fold(0, |all, slot| all | bit(slot))
+    pub fn castable<S: Simd>(&self, simd: S) -> u64 {
+        let (zero, none) = (F::splat(simd, 0.0), U::splat(simd, NO_CLASS));
+        let mut all = 0;
+        for at in (0..RAYS).step_by(LANES) {
+            let t = F::from_slice(simd, &self.t[at..at + LANES]);
+            let class = U::from_slice(simd, &self.class[at..at + LANES]);
+            let can = t.simd_gt(zero) & !class.simd_eq(none);
+            all |= can.to_bitmask() << at;
+        }
+        // The rest is left over from rays before.
+        all & (u64::MAX >> (RAYS - self.len))
     }
 
     /// One ray in all lanes.

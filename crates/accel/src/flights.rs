@@ -10,13 +10,16 @@
 
 use crate::blocks::{Block, Blocks, Shelf};
 use crate::bundle::{Bundle, RAYS};
+use crate::copies::CopyBlock;
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, RayLanes, greater, lesser};
 use crate::order::{self, Packed};
 use crate::prefetch::{Ahead, prefetch};
 use crate::rays::Question;
 use crate::slab::{BoxLanes, LEAVE, enter};
+use crate::through;
 use crate::tree::{Child, Node, Tree};
+use crate::visit::Key;
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
 
@@ -112,12 +115,13 @@ struct Flights {
 }
 
 /// Follows those rays of the bundle whose bits are set in `todo` to their closest hit, or to any.
+/// `keys` is room for those that go through copies of meshes.
 pub fn cast<S: Simd, C: Counter>(
     simd: S,
     (tree, blocks): (&Tree, &Blocks),
     (bundle, mut todo): (&mut Bundle, u64),
     question: Question,
-    stacks: &mut Stacks,
+    (stacks, keys): (&mut Stacks, &mut [Key]),
     counter: &mut C,
 ) {
     let ahead = Ahead::of(tree, blocks);
@@ -150,6 +154,7 @@ pub fn cast<S: Simd, C: Counter>(
             ShapeKind::Quad => test_all(simd, &blocks.quads, kind, at, way, counter),
             ShapeKind::Triangle => test_all(simd, &blocks.triangles, kind, at, way, counter),
             ShapeKind::Solid => test_all(simd, &blocks.solids, kind, at, way, counter),
+            ShapeKind::Copy => go_through(simd, &blocks.copies, at, way, keys, counter),
         }
     }
 }
@@ -311,6 +316,38 @@ fn test_all<S: Simd, B: Block, C: Counter>(
             for flight in &list[..count] {
                 let i = usize::from(*flight) % FLIGHTS;
                 if done >> i & 1 == 1 {
+                    f.put(i, DONE);
+                } else {
+                    go_on(simd, bundle, f, i, stacks, ahead);
+                }
+            }
+        },
+    );
+}
+
+/// Follows rays through the copies of meshes that they need next, one after the other.
+#[inline(never)]
+fn go_through<S: Simd, C: Counter>(
+    simd: S,
+    copies: &[CopyBlock],
+    (question, f, bundle): (Question, &mut Flights, &mut Bundle),
+    (stacks, ahead): (&mut Stacks, &Ahead),
+    keys: &mut [Key],
+    counter: &mut C,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let (list, count) = f.take(Child::block(ShapeKind::Copy, 0).kind());
+            for flight in &list[..count] {
+                let i = usize::from(*flight) % FLIGHTS;
+                let slot = usize::from(f.slot[i]) % RAYS;
+                let before = (bundle.t[slot], bundle.code[slot]);
+                let (copy, ray) = (&copies[f.next[i].index()], bundle.splat(simd, slot));
+                let ray = (&ray, bundle.near(slot));
+                let after = through::cast(simd, copy, ray, question, before, keys, counter);
+                (bundle.t[slot], bundle.code[slot]) = after;
+                if after != before && question == Question::Any {
                     f.put(i, DONE);
                 } else {
                     go_on(simd, bundle, f, i, stacks, ahead);

@@ -6,6 +6,7 @@ use crate::lanes::{F, LANES, M, RayLanes, TURN, U, V3, abs, load3, rows3};
 use crate::rays::{HitCode, Rays};
 use crate::slab::{self, BoxLanes};
 use fearless_simd::prelude::*;
+use reflet_pack::copies::facing;
 use reflet_pack::{Geometry, SHAPE_KINDS, ShapeKind};
 
 type Lane3 = [[f32; LANES]; 3];
@@ -38,14 +39,25 @@ fn eight<S: Simd>(simd: S, g: &Geometry, (rays, first): (&Rays, usize), codes: &
     let (mut lo, mut hi): (Lane3, Lane3) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
     let mut code = [0; LANES];
     let mut present = [false; SHAPE_KINDS];
+    let mut triangles = [[[0.0; 3]; 3]; LANES];
     for (lane, known) in codes.iter().enumerate() {
         let Some(prim) = known.prim() else { continue };
-        let (kind, row) = g.shape[prim.index()];
+        let (slot, which) = g.slot_of(prim);
+        let (mut kind, row) = g.shape[slot.index()];
+        let mut bounds = g.bounds[slot.index()];
+        match kind {
+            ShapeKind::Triangle => triangles[lane] = g.triangles.points(row as usize),
+            ShapeKind::Copy => {
+                kind = ShapeKind::Triangle;
+                triangles[lane] = g.copies[row as usize].triangle(which);
+                bounds = facing(triangles[lane]).1;
+            }
+            _ => {}
+        }
         kinds.of[kind as usize][lane] = 1;
         kinds.rows[lane] = row as usize;
         present[kind as usize] = true;
         code[lane] = known.0 & !1;
-        let bounds = &g.bounds[prim.index()];
         for k in 0..3 {
             lo[k][lane] = bounds.lo[k];
             hi[k][lane] = bounds.hi[k];
@@ -75,7 +87,7 @@ fn eight<S: Simd>(simd: S, g: &Geometry, (rays, first): (&Rays, usize), codes: &
         for (axis, of_axis) in [is_x, is_y, !(is_x | is_y)].into_iter().enumerate() {
             if of_axis.any_true() {
                 let ray = along(simd, rays, first, axis);
-                t = of_axis.select(edged(simd, g, &ray, (&kinds, code), t), t);
+                t = of_axis.select(edged(simd, g, &ray, (&kinds, &triangles, code), t), t);
             }
         }
     }
@@ -102,7 +114,7 @@ fn edged<S: Simd>(
     simd: S,
     g: &Geometry,
     ray: &RayLanes<S>,
-    (kinds, code): (&Kinds, U<S>),
+    (kinds, triangles, code): (&Kinds, &[[[f32; 3]; 3]; LANES], U<S>),
     mut t: F<S>,
 ) -> F<S> {
     let turned = |v: V3<S>| [v[ray.turn[0]], v[ray.turn[1]], v[ray.turn[2]]];
@@ -115,9 +127,10 @@ fn edged<S: Simd>(
         let hit = kernels::quad(simd, ray, &QuadLanes { corners, point, normal, code });
         t = is.select(hit.t, t);
     }
-    let (is, rows) = lanes_of(simd, kinds, ShapeKind::Triangle);
+    let (is, _) = lanes_of(simd, kinds, ShapeKind::Triangle);
     if is.any_true() {
-        let corner = |i: usize| gather(simd, &rows, |row| g.triangles.corners[i].get(row));
+        let lanes = [0, 1, 2, 3, 4, 5, 6, 7];
+        let corner = |i: usize| gather(simd, &lanes, |lane| triangles[lane][i]);
         let corners = [turned(corner(0)), turned(corner(1)), turned(corner(2))];
         let hit = kernels::triangle(simd, ray, &TriangleLanes { corners, code });
         t = is.select(hit.t, t);

@@ -26,6 +26,8 @@
 //! | [`blocks`] | primitives in lanes |
 //! | [`tree`] | nodes of eight boxes |
 //! | [`build`] | the tree by binned surface area |
+//! | [`copies`] | meshes that stand in the scene once more |
+//! | [`through`] | one ray through one of them |
 //! | [`visit`] | a node's children that a ray meets, nearest first |
 //! | [`flights`] | many single rays at once |
 //! | [`order`] | a node's children in the order of a ray |
@@ -44,6 +46,7 @@ pub mod blocks;
 pub mod brute;
 pub mod build;
 pub mod bundle;
+pub mod copies;
 pub mod count;
 pub mod flights;
 pub mod frusta;
@@ -58,6 +61,7 @@ pub mod refit;
 pub mod slab;
 pub mod solid;
 pub mod stream;
+pub mod through;
 pub mod tile;
 pub mod tree;
 pub mod visit;
@@ -68,5 +72,5 @@ pub use count::Work;
 pub use isa::{Isa, IsaError};
 pub use rays::{HitCode, Hits, Question, RayCounts, Rays};
 pub use refit::Refit;
-pub use reflet_pack::PrimId;
+pub use reflet_pack::{PrimId, Slot};
 pub use stream::Way;

@@ -122,13 +122,8 @@ mod avx2 {
             let members: __m256i = u32x8::from_slice(avx2, &MEMBERS[set]).into();
             let order = _mm256_permutevar8x32_epi32(order, members);
             let entries: f32x8<_> = _mm256_permutevar8x32_ps(entries, order).simd_into(avx2);
-            let children: u32x8<_> =
-                _mm256_permutevar8x32_epi32(children, order).simd_into(avx2);
-            Packed {
-                entries: entries.into(),
-                children: children.into(),
-                count: set.count_ones(),
-            }
+            let children: u32x8<_> = _mm256_permutevar8x32_epi32(children, order).simd_into(avx2);
+            Packed { entries: entries.into(), children: children.into(), count: set.count_ones() }
         }
     );
 }

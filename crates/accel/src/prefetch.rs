@@ -54,6 +54,7 @@ impl Ahead {
                 ShapeKind::Quad => rows(&blocks.quads.blocks, kind),
                 ShapeKind::Triangle => rows(&blocks.triangles.blocks, kind),
                 ShapeKind::Solid => rows(&blocks.solids.blocks, kind),
+                ShapeKind::Copy => rows(&blocks.copies, kind),
             };
         }
         kinds[Child::NONE.kind()] = rows(&tree.nodes, Child::NONE.kind());

@@ -14,6 +14,8 @@ pub struct HitCode(pub u32);
 impl HitCode {
     /// No primitive.
     pub const NONE: HitCode = HitCode(0);
+    /// That of the first primitive, hit from outside.
+    pub const FIRST: HitCode = HitCode(2);
     /// One more than the greatest id that a code can hold.
     pub const MAX_PRIMS: usize = (u32::MAX >> 1) as usize - 1;
 

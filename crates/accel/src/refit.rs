@@ -5,7 +5,7 @@ use crate::blocks::Blocks;
 use crate::lanes::LANES;
 use crate::rays::HitCode;
 use crate::tree::Tree;
-use reflet_pack::{Geometry, PrimId, SHAPE_KINDS, ShapeKind};
+use reflet_pack::{Geometry, SHAPE_KINDS, ShapeKind, Slot};
 use std::collections::BTreeSet;
 
 /// What became of a structure whose primitives moved.
@@ -21,11 +21,11 @@ pub enum Refit {
 /// Boxes that have grown to this many times their area are worth a new tree.
 pub const WORN: f32 = 1.5;
 
-/// Where each primitive is, and what is above each block and node.
+/// Where what is in each slot is, and what is above each block and node.
 pub struct Places {
-    /// By primitive: eight times the block's index plus the lane, [`IN_LIST`] set if the block is
+    /// By slot: eight times the block's index plus the lane, [`IN_LIST`] set if the block is
     /// the list's; [`NOWHERE`] if it was invisible.
-    prim: Vec<u32>,
+    slot: Vec<u32>,
     /// By kind and block of the leaves: the node's index times eight plus the lane.
     leaf: [Vec<u32>; SHAPE_KINDS],
     /// The same by node; that of the root means nothing.
@@ -36,10 +36,10 @@ const IN_LIST: u32 = 1 << 31;
 const NOWHERE: u32 = u32::MAX;
 
 impl Places {
-    /// Finds them for `prims` primitives.
-    pub fn find(prims: usize, list: &Blocks, leaves: &Blocks, tree: &Tree) -> Places {
+    /// Finds them for structures that were built from `g`.
+    pub fn find(g: &Geometry, list: &Blocks, leaves: &Blocks, tree: &Tree) -> Places {
         let mut places = Places {
-            prim: vec![NOWHERE; prims],
+            slot: vec![NOWHERE; g.len()],
             leaf: ShapeKind::ALL.map(|kind| vec![0; leaves.len(kind)]),
             node: vec![0; tree.nodes.len()],
         };
@@ -48,7 +48,8 @@ impl Places {
                 for block in 0..blocks.len(kind) {
                     for (lane, code) in blocks.codes(kind, block).iter().enumerate() {
                         if let Some(prim) = HitCode(*code).prim() {
-                            places.prim[prim.index()] = (block * LANES + lane) as u32 | flag;
+                            let (slot, _) = g.slot_of(prim);
+                            places.slot[slot.index()] = (block * LANES + lane) as u32 | flag;
                         }
                     }
                 }
@@ -72,30 +73,31 @@ impl Places {
     pub fn refit(
         &self,
         g: &Geometry,
-        moved: &[PrimId],
+        moved: &[Slot],
         (list, leaves, tree): (&mut Blocks, &mut Blocks, &mut Tree),
     ) -> bool {
         let mut dirty = BTreeSet::new();
-        for prim in moved {
-            let Some(place) = self.prim.get(prim.index()).copied() else { return false };
+        for slot in moved {
+            let Some(place) = self.slot.get(slot.index()).copied() else { return false };
             if place == NOWHERE {
-                if g.is_visible(*prim) {
+                if g.is_visible(*slot) {
                     return false;
                 }
                 continue;
             }
             let (kind, blocks) = (
-                g.shape[prim.index()].0,
+                g.shape[slot.index()].0,
                 if place & IN_LIST == 0 { &mut *leaves } else { &mut *list },
             );
             let at = (place & !IN_LIST) as usize;
             let (block, lane) = (at / LANES, at % LANES);
             let is_same = block < blocks.len(kind)
-                && blocks.codes(kind, block)[lane] == HitCode::outside(*prim).0;
+                && blocks.codes(kind, block)[lane] == HitCode::outside(g.first_prim(*slot)).0
+                && (kind != ShapeKind::Copy || blocks.copies[block].is_of(g, *slot));
             if !is_same {
                 return false;
             }
-            blocks.set(kind, block, lane, g, *prim);
+            blocks.set(kind, block, lane, g, *slot);
             if place & IN_LIST == 0 {
                 let above = self.leaf[kind as usize][block] as usize;
                 let (node, lane) = (above / LANES, above % LANES);

@@ -23,6 +23,17 @@ pub struct Structures<'a> {
     pub tree: &'a Tree,
     /// How rays go through the tree.
     pub way: Way,
+    /// What its leaves stand for.
+    pub below: Below,
+}
+
+/// The trees of meshes below a tree whose leaves are copies.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Below {
+    /// The levels of the deepest.
+    pub depth: usize,
+    /// The nodes of all, once for each copy.
+    pub nodes: usize,
 }
 
 /// How rays go through a tree. Hits do not depend on it.
@@ -63,7 +74,8 @@ pub fn cast<S: Simd, C: Counter>(
     }
     let limits = Limits::of(what, question);
     let Memory { taken, some, stack, stacks } = memory;
-    stack.resize(stack.len().max(LANES * (what.tree.depth + 1)), 0);
+    let depth = what.tree.depth + what.below.depth;
+    stack.resize(stack.len().max(LANES * (depth + 2)), 0);
     let stacks = stacks.get_or_insert_with(Stacks::new);
     stacks.fit(what.tree);
     for first in (0..rays.len()).step_by(RAYS) {
@@ -72,12 +84,12 @@ pub fn cast<S: Simd, C: Counter>(
         if taken.take(simd, rays, first).is_some() {
             taken.bound(simd, question);
             if !cast_bundle(simd, (what, limits), question, taken, stack, counter) {
-                alone = taken.castable();
+                alone = taken.castable(simd);
             }
         } else if what.list.is_empty()
             && (taken.is_strewn(limits.strewn) || taken.is_scattered(limits.apart, limits.spread))
         {
-            alone = taken.castable();
+            alone = taken.castable(simd);
         } else {
             let mut slots = [[0u8; RAYS]; NO_CLASS as usize + 1];
             let mut counts = [0; NO_CLASS as usize + 1];
@@ -102,7 +114,7 @@ pub fn cast<S: Simd, C: Counter>(
         }
         if alone != 0 {
             let tree = (what.tree, what.leaves);
-            flights::cast(simd, tree, (taken, alone), question, stacks, counter);
+            flights::cast(simd, tree, (taken, alone), question, (stacks, stack), counter);
         }
         let len = taken.len;
         t[first..first + len].copy_from_slice(&taken.t[..len]);
@@ -136,7 +148,8 @@ impl Limits {
             }
         }
         // The fewer nodes there are, the less a wide bundle visits in vain.
-        let ease = (4096.0 / tree.nodes.len().max(1) as f32).sqrt();
+        let nodes = tree.nodes.len() + what.below.nodes;
+        let ease = (4096.0 / nodes.max(1) as f32).sqrt();
         let spread = match question {
             Question::Closest => 0.25,
             // A ray alone stops at its first hit, a bundle only at the last ray's.
@@ -163,7 +176,7 @@ fn cast_bundle<S: Simd, C: Counter>(
     stack: &mut [Key],
     counter: &mut C,
 ) -> bool {
-    tile::cast_at_list(simd, what.list, bundle, question, counter);
+    tile::cast_at_list(simd, what.list, bundle, question, stack, counter);
     if what.tree.nodes.is_empty() {
         return true;
     }

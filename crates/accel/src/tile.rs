@@ -4,12 +4,14 @@
 
 use crate::blocks::{Block, Blocks, Shelf};
 use crate::bundle::Bundle;
+use crate::copies::CopyBlock;
 use crate::count::{self, Counter};
-use crate::lanes::{F, LANES, U};
+use crate::kernels::Candidate;
+use crate::lanes::{F, LANES, RayLanes, U, splat3};
 use crate::prefetch::prefetch;
 use crate::rays::Question;
 use crate::slab::{BoxLanes, enter};
-use crate::tree::{Child, Tree};
+use crate::tree::{Child, Node, Tree};
 use crate::visit::{Key, entry_of, key};
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
@@ -21,6 +23,7 @@ pub fn cast_at_list<S: Simd, C: Counter>(
     list: &Blocks,
     bundle: &mut Bundle,
     question: Question,
+    stack: &mut [Key],
     counter: &mut C,
 ) {
     for block in 0..list.spheres.blocks.len() {
@@ -37,6 +40,9 @@ pub fn cast_at_list<S: Simd, C: Counter>(
     }
     for block in 0..list.solids.blocks.len() {
         test_apart(simd, &list.solids, block, bundle, question, counter);
+    }
+    for copy in &list.copies {
+        walk_copy(simd, copy, bundle, question, stack, counter);
     }
 }
 
@@ -56,10 +62,162 @@ pub fn cast<S: Simd, C: Counter>(
     );
 }
 
-#[inline(always)]
-fn walk<S: Simd, C: Counter>(
+/// What a bundle can be followed through.
+trait Space<S: Simd>: Copy {
+    /// A node, and the boxes of its children.
+    fn node<'a>(self, simd: S, index: usize) -> (&'a Node, BoxLanes<S>)
+    where
+        Self: 'a;
+
+    /// Asks for what a child is.
+    fn ask_for(self, child: Child);
+
+    /// Tests the bundle against a leaf. `keys` is what is left of the stack.
+    fn test<C: Counter>(
+        self,
+        simd: S,
+        leaf: (ShapeKind, usize),
+        bundle: &mut Bundle,
+        question: Question,
+        keys: &mut [Key],
+        counter: &mut C,
+    );
+}
+
+/// The scene's tree.
+impl<S: Simd> Space<S> for (&Tree, &Blocks) {
+    #[inline(always)]
+    fn node<'a>(self, simd: S, index: usize) -> (&'a Node, BoxLanes<S>)
+    where
+        Self: 'a,
+    {
+        let node = &self.0.nodes[index];
+        let boxes = BoxLanes {
+            lo: [node.faces(simd, 0), node.faces(simd, 1), node.faces(simd, 2)],
+            hi: [node.faces(simd, 4), node.faces(simd, 5), node.faces(simd, 6)],
+        };
+        (node, boxes)
+    }
+
+    #[inline(always)]
+    fn ask_for(self, child: Child) {
+        let (tree, blocks) = self;
+        match child.target() {
+            Ok(index) => prefetch(&tree.nodes, index),
+            Err((ShapeKind::Sphere, block)) => ask_for(&blocks.spheres, block),
+            Err((ShapeKind::Quad, block)) => ask_for(&blocks.quads, block),
+            Err((ShapeKind::Solid, block)) => ask_for(&blocks.solids, block),
+            Err((ShapeKind::Copy, block)) => prefetch(&blocks.copies, block),
+            Err((_, block)) => ask_for(&blocks.triangles, block),
+        }
+    }
+
+    #[inline(always)]
+    fn test<C: Counter>(
+        self,
+        simd: S,
+        (kind, block): (ShapeKind, usize),
+        bundle: &mut Bundle,
+        question: Question,
+        keys: &mut [Key],
+        counter: &mut C,
+    ) {
+        let blocks = self.1;
+        match kind {
+            ShapeKind::Sphere => {
+                test_apart(simd, &blocks.spheres, block, bundle, question, counter)
+            }
+            // Planes are never in a tree.
+            ShapeKind::Plane => {}
+            ShapeKind::Quad => test_apart(simd, &blocks.quads, block, bundle, question, counter),
+            ShapeKind::Triangle => {
+                test_apart(simd, &blocks.triangles, block, bundle, question, counter)
+            }
+            ShapeKind::Solid => test_apart(simd, &blocks.solids, block, bundle, question, counter),
+            ShapeKind::Copy => {
+                walk_copy(simd, &blocks.copies[block], bundle, question, keys, counter)
+            }
+        }
+    }
+}
+
+/// The tree of a copy's mesh.
+impl<S: Simd> Space<S> for &CopyBlock {
+    #[inline(always)]
+    fn node<'a>(self, simd: S, index: usize) -> (&'a Node, BoxLanes<S>)
+    where
+        Self: 'a,
+    {
+        let node = &self.mesh.tree.nodes[index];
+        (node, self.children(simd, node))
+    }
+
+    #[inline(always)]
+    fn ask_for(self, child: Child) {
+        match child.target() {
+            Ok(index) => prefetch(&self.mesh.tree.nodes, index),
+            Err((_, block)) => ask_for(&self.mesh.blocks.triangles, block),
+        }
+    }
+
+    #[inline(always)]
+    fn test<C: Counter>(
+        self,
+        simd: S,
+        (_, block): (ShapeKind, usize),
+        bundle: &mut Bundle,
+        question: Question,
+        _: &mut [Key],
+        counter: &mut C,
+    ) {
+        let frame = &self.mesh.blocks.triangles.frames[block];
+        let (_, mut prims) = bundle.meet(simd, &self.around(simd, frame));
+        if prims == 0 {
+            return;
+        }
+        let placed = self.triangles(block);
+        while prims != 0 {
+            let lane = prims.trailing_zeros() as usize % LANES;
+            prims &= prims - 1;
+            let b = placed.bounds(lane);
+            let own = BoxLanes { lo: splat3(simd, b.lo), hi: splat3(simd, b.hi) };
+            let mut groups = bundle.meeting(simd, &own);
+            while groups != 0 {
+                let group = groups.trailing_zeros() as usize % LANES;
+                groups &= groups - 1;
+                counter.kernel(|| count::rays_of(bundle, group));
+                let ray = bundle.lanes(simd, group);
+                let c = placed.test_one(simd, &ray, lane);
+                take(simd, bundle, group, (&ray, &c, &own), question);
+            }
+        }
+    }
+}
+
+/// Follows the bundle through a copy. (Not inlined: it is rare, and would make the common walk
+/// long.)
+#[inline(never)]
+fn walk_copy<S: Simd, C: Counter>(
     simd: S,
-    (tree, blocks): (&Tree, &Blocks),
+    copy: &CopyBlock,
+    bundle: &mut Bundle,
+    question: Question,
+    keys: &mut [Key],
+    counter: &mut C,
+) {
+    if copy.mesh.tree.nodes.is_empty() || copy.bounds().is_empty() {
+        return;
+    }
+    simd.vectorize(
+        #[inline(always)]
+        || walk(simd, copy, bundle, question, keys, counter),
+    );
+}
+
+#[inline(always)]
+fn walk<S: Simd, W: Space<S>, C: Counter>(
+    simd: S,
+    space: W,
     bundle: &mut Bundle,
     question: Question,
     stack: &mut [Key],
@@ -69,11 +227,7 @@ fn walk<S: Simd, C: Counter>(
     let mut index = 0;
     loop {
         counter.node();
-        let node = &tree.nodes[index];
-        let boxes = BoxLanes {
-            lo: [node.faces(simd, 0), node.faces(simd, 1), node.faces(simd, 2)],
-            hi: [node.faces(simd, 4), node.faces(simd, 5), node.faces(simd, 6)],
-        };
+        let (node, boxes) = space.node(simd, index);
         let (entry, mut bits) = bundle.meet(simd, &boxes);
         let entries = entry.as_slice();
         let bottom = top;
@@ -88,13 +242,7 @@ fn walk<S: Simd, C: Counter>(
             }
             stack[at] = found;
             top += 1;
-            match node.child(lane).target() {
-                Ok(index) => prefetch(&tree.nodes, index),
-                Err((ShapeKind::Sphere, block)) => ask_for(&blocks.spheres, block),
-                Err((ShapeKind::Quad, block)) => ask_for(&blocks.quads, block),
-                Err((ShapeKind::Solid, block)) => ask_for(&blocks.solids, block),
-                Err((_, block)) => ask_for(&blocks.triangles, block),
-            }
+            space.ask_for(node.child(lane));
         }
         index = loop {
             if top == 0 {
@@ -106,22 +254,9 @@ fn walk<S: Simd, C: Counter>(
             }
             match Child(stack[top] as u32).target() {
                 Ok(node) => break node,
-                Err((kind, block)) => match kind {
-                    ShapeKind::Sphere => {
-                        test_apart(simd, &blocks.spheres, block, bundle, question, counter)
-                    }
-                    // Planes are never in a tree.
-                    ShapeKind::Plane => {}
-                    ShapeKind::Quad => {
-                        test_apart(simd, &blocks.quads, block, bundle, question, counter)
-                    }
-                    ShapeKind::Triangle => {
-                        test_apart(simd, &blocks.triangles, block, bundle, question, counter)
-                    }
-                    ShapeKind::Solid => {
-                        test_apart(simd, &blocks.solids, block, bundle, question, counter)
-                    }
-                },
+                Err(leaf) => {
+                    space.test(simd, leaf, bundle, question, &mut stack[top..], counter);
+                }
             }
         };
     }
@@ -171,24 +306,36 @@ fn test<S: Simd, B: Block, C: Counter>(
             counter.kernel(|| count::rays_of(bundle, group));
             let ray = bundle.lanes(simd, group);
             let c = block.test_one(simd, &ray, lane);
-            let at = group * LANES..(group + 1) * LANES;
-            let best = F::from_slice(simd, &bundle.t[at.clone()]);
-            if (c.hit & c.t.simd_le(best)).any_true() {
-                let (entry, passes) = enter(simd, &ray, &own);
-                let t = entry.simd_gt(c.t).select(entry, c.t);
-                let code = U::from_slice(simd, &bundle.code[at.clone()]);
-                let wins = t.simd_lt(best) | (t.simd_eq(best) & c.code.simd_lt(code));
-                let take = c.hit & passes & wins;
-                let t = match question {
-                    Question::Closest => t,
-                    // One hit is enough.
-                    Question::Any => F::splat(simd, -1.0),
-                };
-                let best = take.select(t, best);
-                best.store_slice(&mut bundle.t[at.clone()]);
-                take.select(c.code, code).store_slice(&mut bundle.code[at]);
-                bundle.shorten(simd, group, best);
-            }
+            take(simd, bundle, group, (&ray, &c, &own), question);
         }
+    }
+}
+
+/// Notes where a group's rays hit a primitive of this box, where that is nearer than before.
+#[inline(always)]
+fn take<S: Simd>(
+    simd: S,
+    bundle: &mut Bundle,
+    group: usize,
+    (ray, c, own): (&RayLanes<S>, &Candidate<S>, &BoxLanes<S>),
+    question: Question,
+) {
+    let at = group * LANES..(group + 1) * LANES;
+    let best = F::from_slice(simd, &bundle.t[at.clone()]);
+    if (c.hit & c.t.simd_le(best)).any_true() {
+        let (entry, passes) = enter(simd, ray, own);
+        let t = entry.simd_gt(c.t).select(entry, c.t);
+        let code = U::from_slice(simd, &bundle.code[at.clone()]);
+        let wins = t.simd_lt(best) | (t.simd_eq(best) & c.code.simd_lt(code));
+        let take = c.hit & passes & wins;
+        let t = match question {
+            Question::Closest => t,
+            // One hit is enough.
+            Question::Any => F::splat(simd, -1.0),
+        };
+        let best = take.select(t, best);
+        best.store_slice(&mut bundle.t[at.clone()]);
+        take.select(c.code, code).store_slice(&mut bundle.code[at]);
+        bundle.shorten(simd, group, best);
     }
 }

@@ -138,7 +138,8 @@ impl Child {
             1 => ShapeKind::Plane,
             2 => ShapeKind::Quad,
             3 => ShapeKind::Triangle,
-            _ => ShapeKind::Solid,
+            4 => ShapeKind::Solid,
+            _ => ShapeKind::Copy,
         };
         Err((kind, (self.0 & ((1 << Self::KIND) - 1)) as usize))
     }

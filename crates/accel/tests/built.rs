@@ -1,8 +1,7 @@
 //! Trees do not depend on the number of threads, nor hits on the quality of a tree.
 
 use reflet_accel::{
-    Accel, HitCode, Hits, Isa, PrimId, Quality, Question, RayCounts, Rays, Refit, Scratch,
-    Structure,
+    Accel, HitCode, Hits, Isa, Quality, Question, RayCounts, Rays, Refit, Scratch, Slot, Structure,
 };
 use reflet_pack::Geometry;
 
@@ -100,9 +99,9 @@ fn shapes_in_one_place_or_without_end_are_built() {
 fn a_tree_most_of_which_has_moved_is_built_anew() {
     let (from, to, rays) = (geometry(0.0), geometry(0.001), rays());
     let mut accel = build(&from, 2, Quality::Balanced);
-    let some: Vec<PrimId> = (0..MANY as u32 / 2).map(PrimId).collect();
+    let some: Vec<Slot> = (0..MANY as u32 / 2).map(Slot).collect();
     assert_eq!(accel.refit(&from, &some), Refit::Refitted);
-    let all: Vec<PrimId> = (0..MANY as u32).map(PrimId).collect();
+    let all: Vec<Slot> = (0..MANY as u32).map(Slot).collect();
     assert_eq!(accel.refit(&to, &all), Refit::Rebuilt);
     assert_eq!(cast(&accel, &rays), cast(&build(&to, 1, Quality::Balanced), &rays));
 }

@@ -5,11 +5,12 @@ use proptest::prelude::*;
 use reflet_accel::{
     Accel, HitCode, Hits, Isa, PrimId, RayCounts, Rays, Refit, Scratch, Structure, Way, brute,
 };
-use reflet_pack::{Aabb, Columns, Geometry, Overrides, Packer, ShapeKind};
+use reflet_pack::{Aabb, Columns, Geometry, Overrides, Packer, ShapeKind, Sharing, Slot};
 use reflet_scene::{
-    Camera, Caps, Cone, Cuboid, Cylinder, Disc, Ellipsoid, Hyperboloid, Instance, Paraboloid,
-    Place, Plane, Quad, Scene, Sphere, Surface, Torus, Triangle,
+    Camera, Caps, Cone, Cuboid, Cylinder, Disc, Ellipsoid, Hyperboloid, Instance, Mesh, MeshData,
+    Paraboloid, Place, Plane, Quad, Scene, Sphere, Surface, Torus, Triangle,
 };
+use std::sync::Arc;
 
 /// A small generator of its own: the same scenes on every machine.
 struct Dice(u64);
@@ -50,13 +51,23 @@ impl Dice {
 }
 
 fn scene(dice: &mut Dice, count: u32) -> Columns {
+    packed(&world(dice, count), Sharing::Always)
+}
+
+fn packed(scene: &Scene, sharing: Sharing) -> Columns {
+    let packer = Packer::sharing(scene, Overrides::default(), sharing).expect("a camera");
+    packer.columns().clone()
+}
+
+fn world(dice: &mut Dice, count: u32) -> Scene {
     let mut scene = Scene::new();
     let camera =
         Camera::LookAt { eye: DVec3::Z, look_at: DVec3::ZERO, up: DVec3::Y, fov_degrees: 45.0 };
     scene.singletons.camera = Some(scene.spawn((camera,)));
+    let file = file(dice);
     for _ in 0..count {
         let surface = Surface { material: None, visible: dice.below(20) > 0 };
-        match dice.below(24) {
+        match dice.below(27) {
             0 => {
                 let plane = Plane { point: dice.place(4.0), normal: dice.direction() };
                 scene.spawn((plane, surface));
@@ -87,17 +98,53 @@ fn scene(dice: &mut Dice, count: u32) -> Columns {
                     scene.spawn((quad, surface));
                 }
             }
-            _ => {
+            19..24 => {
                 let triangle =
                     Triangle { a: dice.place(4.0), b: dice.place(4.0), c: dice.place(4.0) };
                 if triangle.check().is_ok() {
                     scene.spawn((triangle, surface));
                 }
             }
+            _ => mesh(dice, &mut scene, (&file, surface)),
         }
     }
     scene.seal();
-    Packer::new(&scene, Overrides::default()).expect("a camera").columns().clone()
+    scene
+}
+
+/// A mesh of triangles that share corners, some of them on a lattice, some without an area.
+fn file(dice: &mut Dice) -> Arc<MeshData> {
+    let positions: Vec<[f32; 3]> = (0..12).map(|_| f32s(dice.place(1.0))).collect();
+    let corner = |dice: &mut Dice| dice.below(12);
+    let count = 2 + dice.below(60);
+    let triangles = (0..count).map(|_| [corner(dice), corner(dice), corner(dice)]).collect();
+    Arc::new(MeshData { positions, triangles, ..MeshData::default() })
+}
+
+/// The mesh once more, by itself or through an instance that turns, draws out or mirrors it.
+fn mesh(dice: &mut Dice, scene: &mut Scene, (data, surface): (&Arc<MeshData>, Surface)) {
+    let turn = |dice: &mut Dice| {
+        let quarters = f64::from(dice.below(4)) * 90.0;
+        let any = dice.range(0.0, 360.0);
+        DVec3::new(quarters, [0.0, any][dice.below(2) as usize], quarters)
+    };
+    let own = Mesh {
+        data: data.clone(),
+        scale: [1.0, 0.5, -1.5][dice.below(3) as usize],
+        rotate: turn(dice),
+        translate: dice.place(4.0),
+        shading: reflet_scene::Shading::Smooth,
+        worn: [].into(),
+    };
+    let key = scene.spawn((own, surface));
+    if dice.below(2) == 0 {
+        let scale = DVec3::ONE + dice.point(0.9).round() * 0.5 + dice.point(0.3);
+        // Now and then flat, as far as f32 can tell.
+        let scale = if dice.below(8) == 0 { scale * DVec3::new(1.0, 1e-9, 1.0) } else { scale };
+        let (rotate, translate) = (turn(dice), dice.place(4.0));
+        let place = Place { scale, rotate, translate, visible: dice.below(20) > 0 };
+        scene.spawn((place, Instance { of: key }));
+    }
 }
 
 /// A curved shape, some of them through an instance that draws it out.
@@ -151,8 +198,9 @@ fn aimed_rays(dice: &mut Dice, columns: &Columns, count: usize) -> Rays {
         let mut from = f32s(origin);
         let mut at = dice.place(4.0);
         if !g.is_empty() {
-            let prim = reflet_accel::PrimId(dice.below(g.len() as u32));
-            let (kind, row) = g.shape[prim.index()];
+            let prim = PrimId(dice.below(g.prims()));
+            let (slot, which) = g.slot_of(prim);
+            let (kind, row) = g.shape[slot.index()];
             let row = row as usize;
             let wide = |p: [f32; 3]| DVec3::from_array(p.map(f64::from));
             at = match (kind, dice.below(4)) {
@@ -177,7 +225,7 @@ fn aimed_rays(dice: &mut Dice, columns: &Columns, count: usize) -> Rays {
                 }
                 (ShapeKind::Solid, k) => {
                     // Where a box is touched: the middle of a face, an edge, a corner.
-                    let b = g.bounds[prim.index()];
+                    let b = g.bounds[slot.index()];
                     let (lo, hi) = (wide(b.lo), wide(b.hi));
                     let (middle, half) = ((lo + hi) * 0.5, (hi - lo) * 0.5);
                     let to = match k {
@@ -185,10 +233,13 @@ fn aimed_rays(dice: &mut Dice, columns: &Columns, count: usize) -> Rays {
                         1 => dice.point(1.0).round(),
                         _ => dice.point(1.0),
                     };
-                    if g.is_visible(prim) { middle + half * to } else { dice.place(4.0) }
+                    if g.is_visible(slot) { middle + half * to } else { dice.place(4.0) }
                 }
-                (ShapeKind::Triangle, k) => {
-                    let p = g.triangles.points(row).map(wide);
+                (ShapeKind::Triangle | ShapeKind::Copy, k) => {
+                    let p = match kind {
+                        ShapeKind::Copy => g.copies[row].triangle(which).map(wide),
+                        _ => g.triangles.points(row).map(wide),
+                    };
                     let t = [0.0, 0.25, 0.5, 1.0][dice.below(4) as usize];
                     p[k as usize % 3].lerp(p[(k as usize + 1) % 3], t)
                 }
@@ -250,13 +301,13 @@ fn tiled_rays(dice: &mut Dice, tiles: usize) -> Rays {
 }
 
 /// Puts half of the primitives elsewhere, or takes them away.
-fn moved(dice: &mut Dice, g: &Geometry) -> (Geometry, Vec<PrimId>) {
+fn moved(dice: &mut Dice, g: &Geometry) -> (Geometry, Vec<Slot>) {
     let (mut to, mut moved) = (g.clone(), Vec::new());
-    for prim in (0..g.len() as u32).map(PrimId) {
+    for slot in g.slots() {
         if dice.below(2) == 0 {
             continue;
         }
-        let (kind, row) = g.shape[prim.index()];
+        let (kind, row) = g.shape[slot.index()];
         let (row, way) = (row as usize, f32s(dice.point(0.3)));
         let shift = |c: &mut reflet_pack::geometry::Columns3| {
             c.x[row] += way[0];
@@ -287,14 +338,21 @@ fn moved(dice: &mut Dice, g: &Geometry) -> (Geometry, Vec<PrimId>) {
                 for r in &mut to.solids.rows[row].local {
                     r[3] -= r[0] * way[0] + r[1] * way[1] + r[2] * way[2];
                 }
-                let b = g.bounds[prim.index()];
+                let b = g.bounds[slot.index()];
                 let moved = |x: [f32; 3]| [0, 1, 2].map(|k| f64::from(x[k]) + way[k]);
                 Aabb::outward(moved(b.lo), moved(b.hi))
             }
+            ShapeKind::Copy => {
+                let copy = &mut to.copies[row];
+                for (w, way) in copy.world.iter_mut().zip(way) {
+                    w[3] += f64::from(way);
+                }
+                copy.bounds()
+            }
         };
-        if g.is_visible(prim) {
-            to.bounds[prim.index()] = if dice.below(8) == 0 { Aabb::EMPTY } else { bounds };
-            moved.push(prim);
+        if g.is_visible(slot) {
+            to.bounds[slot.index()] = if dice.below(8) == 0 { Aabb::EMPTY } else { bounds };
+            moved.push(slot);
         }
     }
     (to, moved)
@@ -357,6 +415,17 @@ proptest! {
     }
 
     #[test]
+    fn a_copy_is_hit_as_if_its_triangles_were_stored(seed: u64, count in 1u32..60) {
+        let mut dice = Dice(seed);
+        let world = world(&mut dice, count);
+        let copied = packed(&world, Sharing::Always);
+        let stored = packed(&world, Sharing::Never);
+        prop_assert_eq!(copied.geometry.prims(), stored.geometry.len() as u32);
+        let rays = aimed_rays(&mut dice, &copied, 300);
+        prop_assert_eq!(defined(&copied.geometry, &rays), defined(&stored.geometry, &rays));
+    }
+
+    #[test]
     fn what_is_refitted_hits_as_what_is_built(seed: u64, count in 1u32..120) {
         let mut dice = Dice(seed);
         let columns = scene(&mut dice, count);
@@ -396,10 +465,10 @@ fn a_small_way_is_refitted_and_a_long_one_built_anew() {
         }
         g
     };
-    assert_eq!(accel.refit(&placed(0.1), &[PrimId(500)]), Refit::Refitted);
+    assert_eq!(accel.refit(&placed(0.1), &[Slot(500)]), Refit::Refitted);
     assert!((accel.sah_cost() / cost - 1.0).abs() < 0.1);
-    assert_eq!(accel.refit(&placed(100.0), &[PrimId(500)]), Refit::Rebuilt);
-    assert_eq!(accel.refit(&g, &[PrimId(500)]), Refit::Refitted);
+    assert_eq!(accel.refit(&placed(100.0), &[Slot(500)]), Refit::Rebuilt);
+    assert_eq!(accel.refit(&g, &[Slot(500)]), Refit::Refitted);
     let mut fewer = Geometry::default();
     fewer.push_sphere([0.0; 3], 1.0);
     assert_eq!(accel.refit(&fewer, &[]), Refit::Rebuilt);

@@ -270,18 +270,22 @@ impl Reading {
         let material = primitive.material();
         let list = &mut self.mesh.data.materials;
         *self.materials.entry(material.index()).or_insert_with(|| {
-            if material.index().is_none() {
-                list.push(MeshMaterial::grey(""));
-            } else {
+            if let Some(index) = material.index() {
+                // Names need not be there, and need not differ.
+                let own = material.name().unwrap_or_default();
+                let is_taken = own.is_empty() || list.iter().any(|m| m.name == own);
+                let name = if is_taken { format!("{own}#{index}") } else { own.to_owned() };
                 let surface = material.pbr_metallic_roughness();
                 let [r, g, b, _] = surface.base_color_factor().map(f64::from);
                 let metallic = f64::from(surface.metallic_factor());
                 list.push(MeshMaterial {
-                    name: material.name().unwrap_or_default().to_owned(),
+                    name,
                     ambient: material.emissive_factor().map(f64::from),
                     diffuse: [r, g, b].map(|part| part * (1.0 - metallic)),
                     specular: [r, g, b].map(|part| part * metallic),
                 });
+            } else {
+                list.push(MeshMaterial::grey(""));
             }
             list.len() as u32 - 1
         })

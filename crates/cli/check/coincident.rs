@@ -179,6 +179,7 @@ mod tests {
             rotate: DVec3::ZERO,
             translate: DVec3::ZERO,
             shading: Shading::Smooth,
+            worn: [].into(),
         };
         let texts = found(|scene| {
             scene.spawn((mesh.clone(), surface()));

@@ -218,6 +218,7 @@ mod tests {
             rotate: DVec3::ZERO,
             translate: DVec3::ZERO,
             shading: Shading::Smooth,
+            worn: [].into(),
         };
         let texts = |eye| found(eye, &[], |scene| _ = scene.spawn((mesh.clone(), surface())));
         assert_eq!(texts(DVec3::ONE), ["the camera at [1, 1, 1] is inside #0"]);

@@ -163,6 +163,7 @@ mod tests {
             // y -> z about x, z -> x about y, x -> y about z.
             rotate: DVec3::splat(90.0),
             shading: reflet_scene::Shading::Smooth,
+            worn: [].into(),
             translate: DVec3::new(10.0, 0.0, 0.0),
         };
         let at = placed(&mesh)[0];

@@ -6,7 +6,7 @@
 use crate::exit::Failure;
 use crate::profile::npy;
 use reflet_accel::{HitCode, Rays, brute};
-use reflet_pack::{Geometry, PrimId, ShapeKind};
+use reflet_pack::{Geometry, ShapeKind};
 use std::path::Path;
 
 /// Writes the visible spheres and triangles in the order of their ids, as
@@ -17,14 +17,18 @@ use std::path::Path;
 /// An output's.
 pub fn primitives(geometry: &Geometry, dir: &Path, name: &str) -> Result<String, Failure> {
     let (mut spheres, mut corners, mut left_out) = (Vec::new(), Vec::new(), [0usize; 3]);
-    for prim in (0..geometry.len() as u32).map(PrimId) {
-        let (kind, row) = geometry.shape[prim.index()];
+    for slot in geometry.slots() {
+        let (kind, row) = geometry.shape[slot.index()];
         let row = row as usize;
         match kind {
-            _ if !geometry.is_visible(prim) => {}
+            _ if !geometry.is_visible(slot) => {}
             ShapeKind::Sphere => {
                 let [x, y, z] = geometry.spheres.center.get(row);
                 spheres.push([x, y, z, geometry.spheres.radius[row]]);
+            }
+            ShapeKind::Copy => {
+                let copy = &geometry.copies[row];
+                (0..copy.len()).for_each(|i| corners.extend(copy.triangle(i)));
             }
             ShapeKind::Triangle => corners.extend(geometry.triangles.points(row)),
             ShapeKind::Plane => left_out[0] += 1,
@@ -102,7 +106,7 @@ mod tests {
     fn a_ray_that_leaves_a_sphere_starts_beyond_its_own_root() {
         let mut geometry = Geometry::default();
         geometry.push_sphere([0.0, 0.0, 0.0], 1.0);
-        let ball = HitCode::outside(PrimId(0));
+        let ball = HitCode::FIRST;
         // A start that lies inside by rounding: from there the far side is a hit.
         let (o, d) = ([0.0, 0.0, 0.999_999_9], [0.0, 0.0, 1.0]);
         let seen = |t_min, last| brute::closest(&geometry, (o, d), (t_min, f32::INFINITY), last).1;

@@ -208,8 +208,8 @@ fn files(
             threads,
             repeat: profile.repeat,
             build_ms: build.as_secs_f64() * 1e3,
-            primitives: geometry.len(),
-            bytes_per_primitive: accel.bytes() as f64 / geometry.len().max(1) as f64,
+            primitives: geometry.prims() as usize,
+            bytes_per_primitive: accel.bytes() as f64 / geometry.prims().max(1) as f64,
             sah_cost: accel.sah_cost(),
             hardware_per_ray: counters::count(&accel, &streams, question).json(count),
             ..report::Line::of(count, &done)

@@ -126,7 +126,7 @@ pub fn load(script: &Script, frame: u32, quality: Quality) -> Result<Frame, Fail
 impl Frame {
     /// How many primitives there are.
     pub fn primitives(&self) -> usize {
-        self.columns.geometry.len()
+        self.columns.geometry.prims() as usize
     }
 
     fn accel(&self, isa: Isa) -> Result<Accel, Failure> {

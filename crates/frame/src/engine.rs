@@ -8,7 +8,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use reflet_accel::isa::Level;
 use reflet_accel::{Accel, Isa, RayCounts, Structure};
 use reflet_film::{Layout, Picture, TileMut, TransferTable};
-use reflet_pack::{Changes, Columns, PrimId, Spread, SurfaceChange, SurfaceId};
+use reflet_pack::{Changes, Columns, Slot, Spread, SurfaceChange};
 use reflet_trace::{BatchColours, Grid, Points, RayTally, Shader, Tracer};
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -214,11 +214,9 @@ impl Engine {
         let geometry = &columns.geometry;
         match (&mut self.accel, changes) {
             (Some(accel), Some(changes)) if !changes.rebuilt => {
-                let ids =
-                    |s: SurfaceId| columns.surfaces.range(s.index()).map(|p| PrimId(p as u32));
                 let still_there = |c: &&SurfaceChange| c.surface.index() < columns.surfaces.len();
                 let moved = changes.surfaces.iter().filter(still_there);
-                let moved: Vec<PrimId> = moved.flat_map(|c| ids(c.surface)).collect();
+                let moved: Vec<Slot> = moved.flat_map(|c| columns.parts_of(c.surface)).collect();
                 if !changes.surfaces.is_empty() {
                     self.pool.install(|| accel.refit(geometry, &moved));
                 }

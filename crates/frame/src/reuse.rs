@@ -43,7 +43,7 @@ pub struct Keep {
 pub struct MadeFor {
     grid: Grid,
     surfaces: usize,
-    prims: usize,
+    prims: u32,
     tint_channels: usize,
     spread: Spread,
     max_bounces: u32,
@@ -56,7 +56,7 @@ impl MadeFor {
         MadeFor {
             grid,
             surfaces: columns.surfaces.len(),
-            prims: columns.geometry.len(),
+            prims: columns.geometry.prims(),
             tint_channels: columns.surfaces.tint_channels(),
             spread: columns.spread,
             max_bounces: columns.model.max_bounces,
@@ -67,6 +67,9 @@ impl MadeFor {
 
 /// More boxes than this touch so much that looking costs more than tracing.
 const MOST_MOVED: usize = 24;
+
+/// What has no volume of its own, in both frames.
+const NOWHERE: (Volume, Volume) = (Volume::Nothing, Volume::Nothing);
 
 impl Plan {
     /// What to do with trees made for `old` when the scene is now made for `new`.
@@ -86,7 +89,9 @@ impl Plan {
         if old.tint_channels != new.tint_channels {
             return Plan::Fresh("there are textures or shaders now, or none any more");
         }
-        if changes.surfaces.len() > MOST_MOVED {
+        // The materials of one mesh are surfaces of one volume.
+        let moved = changes.surfaces.iter();
+        if moved.filter(|c| (c.old, c.new) != NOWHERE).count() > MOST_MOVED {
             return Plan::Fresh("very many surfaces moved");
         }
         let mut keep = Keep {

@@ -214,14 +214,14 @@ impl SurfaceState {
         }
         SurfaceState {
             bits: Some(columns.surface_bits(i)),
-            volume: volume(&columns.geometry, columns.surfaces.range(i)),
+            volume: volume(&columns.geometry, columns.slots(i)),
         }
     }
 }
 
-fn volume(g: &Geometry, prims: std::ops::Range<usize>) -> Volume {
-    let bounds = g.bounds[prims.clone()].iter().fold(Aabb::EMPTY, |all, b| all.union(b));
-    match g.shape.get(prims.start) {
+fn volume(g: &Geometry, slots: std::ops::Range<usize>) -> Volume {
+    let bounds = g.bounds[slots.clone()].iter().fold(Aabb::EMPTY, |all, b| all.union(b));
+    match g.shape.get(slots.start) {
         _ if bounds.is_empty() => Volume::Nothing,
         Some((ShapeKind::Sphere, row)) => {
             let (center, radius) = g.spheres.row(*row as usize);

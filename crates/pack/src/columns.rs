@@ -1,12 +1,13 @@
 //! All columns of a scene.
 
 use crate::geometry::{Geometry, ShapeKind};
-use crate::ids::{LightId, MaterialId, PrimId, SurfaceId};
+use crate::ids::{LightId, MaterialId, PrimId, Slot, SurfaceId};
 use crate::lights::{LightPlace, Lights};
 use crate::materials::{MaterialRow, Materials, Rgb};
 use crate::surfaces::{Paint, Surfaces};
 use crate::view::{Model, View};
-use reflet_scene::Spread;
+use reflet_scene::{MeshData, Spread};
+use std::ops::Range;
 
 /// A scene as columns: all that later stages know of it.
 #[derive(Clone, Debug)]
@@ -50,6 +51,7 @@ pub(crate) enum PartBits {
     Quad([u32; 15]),
     Triangle([u32; 12]),
     Solid([u64; 18]),
+    Copy,
 }
 
 /// All of one surface, as bits.
@@ -98,7 +100,7 @@ impl Columns {
         SurfaceBits {
             shape: (self.surfaces.first_prim[i], self.shape_bits(i)),
             materials: [paint.even, paint.odd],
-            cells: paint.cells.map(|c| c.bits()),
+            cells: paint.cells.as_ref().map(|c| c.bits()),
             tint: paint.tint.as_ref().map(|t| t.bits()),
         }
     }
@@ -117,16 +119,33 @@ impl Columns {
             let is_smooth = self.surfaces.smooth[i].is_some();
             return ShapeBits::Mesh(data, bits, self.surfaces.moved_by[i].clone(), is_smooth);
         }
-        let mut prims = self.surfaces.range(i).map(|prim| self.part_bits(PrimId(prim as u32)));
+        let mut prims = self.slots(i).map(|slot| self.part_bits(slot));
         match (self.surfaces.prims[i], prims.next()) {
             (1, Some(one)) => ShapeBits::One(one),
             (_, first) => ShapeBits::Several(first.into_iter().chain(prims).collect()),
         }
     }
 
-    fn part_bits(&self, prim: PrimId) -> PartBits {
+    /// The slots of surface `i`.
+    pub(crate) fn slots(&self, i: usize) -> Range<usize> {
+        let (first, prims) = (self.surfaces.first_prim[i], self.surfaces.prims[i]);
+        let (Slot(slot), _) = self.geometry.slot_of(first);
+        let slot = slot as usize;
+        match self.geometry.shape.get(slot) {
+            Some((ShapeKind::Copy, _)) if prims > 0 => slot..slot + 1,
+            _ => slot..slot + prims as usize,
+        }
+    }
+
+    /// What of surface `i` a structure that rays are intersected with has to look at when it moved:
+    /// its primitives, or the first of a copy's.
+    pub fn parts_of(&self, surface: SurfaceId) -> impl Iterator<Item = Slot> + use<> {
+        self.slots(surface.index()).map(|slot| Slot(slot as u32))
+    }
+
+    fn part_bits(&self, slot: usize) -> PartBits {
         let g = &self.geometry;
-        let (kind, row) = g.shape[prim.index()];
+        let (kind, row) = g.shape[slot];
         let row = row as usize;
         match kind {
             ShapeKind::Sphere => {
@@ -145,6 +164,8 @@ impl Columns {
                 PartBits::Triangle(bits([a, b, c, g.triangles.normal.get(row)]))
             }
             ShapeKind::Solid => PartBits::Solid(g.solids.rows[row].bits()),
+            // Meshes are compared before.
+            ShapeKind::Copy => PartBits::Copy,
         }
     }
 
@@ -159,8 +180,24 @@ impl Columns {
     /// The surface that a primitive belongs to.
     #[inline]
     pub fn surface_of(&self, prim: PrimId) -> SurfaceId {
-        self.geometry.surface[prim.index()]
+        let g = &self.geometry;
+        let (slot, which) = g.slot_of(prim);
+        let surface = g.surface[slot.index()];
+        match g.shape[slot.index()] {
+            (ShapeKind::Copy, row) => {
+                SurfaceId(surface.0 + material_of(&g.copies[row as usize].mesh.data, which))
+            }
+            _ => surface,
+        }
     }
+}
+
+/// The number of the material that a mesh's triangle wears: 0 if the file does not name several.
+pub(crate) fn material_of(data: &MeshData, triangle: usize) -> u32 {
+    if data.materials.len() < 2 {
+        return 0;
+    }
+    data.triangle_materials.get(triangle).copied().unwrap_or_default()
 }
 
 fn bits<const N: usize, const M: usize>(points: [[f32; 3]; N]) -> [u32; M] {

@@ -1,7 +1,8 @@
 //! What rays are intersected with: one structure of arrays a kind of shape, rows in key order.
 
 use crate::bounds::Aabb;
-use crate::ids::{PrimId, SurfaceId};
+use crate::copies::{MeshCopy, Runs};
+use crate::ids::{PrimId, Slot, SurfaceId};
 use crate::solids::Solids;
 
 /// Three columns: x, y, z.
@@ -20,6 +21,16 @@ impl Columns3 {
     #[inline]
     pub fn get(&self, i: usize) -> [f32; 3] {
         [self.x[i], self.y[i], self.z[i]]
+    }
+
+    /// How many rows there are.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
     }
 
     pub(crate) fn set(&mut self, i: usize, v: [f32; 3]) {
@@ -46,8 +57,6 @@ pub struct Spheres {
     pub center: Columns3,
     /// Radii, above 0.
     pub radius: Vec<f32>,
-    /// Which primitive each is.
-    pub prim: Vec<PrimId>,
 }
 
 /// Infinite planes.
@@ -57,8 +66,6 @@ pub struct Planes {
     pub point: Columns3,
     /// Unit normals.
     pub normal: Columns3,
-    /// Which primitive each is.
-    pub prim: Vec<PrimId>,
 }
 
 /// Parallelograms.
@@ -68,19 +75,15 @@ pub struct Quads {
     pub corners: [Columns3; 4],
     /// Unit normals along u x v.
     pub normal: Columns3,
-    /// Which primitive each is.
-    pub prim: Vec<PrimId>,
 }
 
-/// Triangles: those of the script and those of all meshes.
+/// Triangles: those of the script, and those of meshes that are not copies.
 #[derive(Clone, Debug, Default)]
 pub struct Triangles {
     /// The three corners.
     pub corners: [Columns3; 3],
     /// Unit normals along (b - a) x (c - a).
     pub normal: Columns3,
-    /// Which primitive each is.
-    pub prim: Vec<PrimId>,
 }
 
 /// The kinds of primitive.
@@ -97,10 +100,12 @@ pub enum ShapeKind {
     Triangle,
     /// A row of [`Solids`].
     Solid,
+    /// A row of [`Geometry::copies`]: all triangles of a mesh.
+    Copy,
 }
 
 /// How many kinds there are.
-pub const SHAPE_KINDS: usize = 5;
+pub const SHAPE_KINDS: usize = 6;
 
 impl ShapeKind {
     /// All kinds, each at the index that it is as a number.
@@ -110,10 +115,12 @@ impl ShapeKind {
         ShapeKind::Quad,
         ShapeKind::Triangle,
         ShapeKind::Solid,
+        ShapeKind::Copy,
     ];
 }
 
-/// All primitives.
+/// All primitives. Columns that all kinds have are in [`Slot`]s: one a primitive, but one for all
+/// triangles of a mesh's copy.
 #[derive(Clone, Debug, Default)]
 pub struct Geometry {
     /// Spheres.
@@ -126,19 +133,44 @@ pub struct Geometry {
     pub triangles: Triangles,
     /// Curved shapes and discs.
     pub solids: Solids,
-    /// By [`PrimId`]: which kind, and which row of its columns.
+    /// Meshes of which no triangle is stored.
+    pub copies: Vec<MeshCopy>,
+    /// By [`Slot`]: which kind, and which row of its columns.
     pub shape: Vec<(ShapeKind, u32)>,
-    /// By [`PrimId`]: the surface that it belongs to.
+    /// By [`Slot`]: the surface that it belongs to.
     pub surface: Vec<SurfaceId>,
-    /// By [`PrimId`]: its own box; [`Aabb::EMPTY`] when it is invisible, [`Aabb::INFINITE`] for a
-    /// plane.
+    /// By [`Slot`]: its own box, or one around those of a copy's triangles; [`Aabb::EMPTY`] when it
+    /// is invisible, [`Aabb::INFINITE`] for a plane.
     pub bounds: Vec<Aabb>,
+    pub(crate) runs: Runs,
 }
 
 impl Geometry {
-    /// How many primitives there are, visible or not.
+    /// How many slots there are, visible or not.
     pub fn len(&self) -> usize {
         self.shape.len()
+    }
+
+    /// All slots.
+    pub fn slots(&self) -> impl Iterator<Item = Slot> + use<> {
+        (0..self.len() as u32).map(Slot)
+    }
+
+    /// How many primitives there are, visible or not.
+    pub fn prims(&self) -> u32 {
+        self.runs.first_of(Slot(self.len() as u32)).0
+    }
+
+    /// Where a primitive is, and which of that slot's primitives it is: 0 but in a copy.
+    #[inline]
+    pub fn slot_of(&self, prim: PrimId) -> (Slot, usize) {
+        self.runs.slot_of(prim)
+    }
+
+    /// The primitive in a slot; of a copy the first.
+    #[inline]
+    pub fn first_prim(&self, slot: Slot) -> PrimId {
+        self.runs.first_of(slot)
     }
 
     /// Whether there is none.
@@ -146,9 +178,19 @@ impl Geometry {
         self.shape.is_empty()
     }
 
-    /// Whether rays can hit the primitive at all.
-    pub fn is_visible(&self, prim: PrimId) -> bool {
-        !self.bounds[prim.index()].is_empty()
+    /// The corners of a triangle, stored or not.
+    pub fn triangle(&self, prim: PrimId) -> Option<[[f32; 3]; 3]> {
+        let (slot, which) = self.slot_of(prim);
+        match *self.shape.get(slot.index())? {
+            (ShapeKind::Triangle, row) => Some(self.triangles.points(row as usize)),
+            (ShapeKind::Copy, row) => Some(self.copies[row as usize].triangle(which)),
+            _ => None,
+        }
+    }
+
+    /// Whether rays can hit what is in a slot at all.
+    pub fn is_visible(&self, slot: Slot) -> bool {
+        !self.bounds[slot.index()].is_empty()
     }
 }
 
@@ -169,5 +211,35 @@ impl Triangles {
     /// The three corners of row `i`.
     pub fn points(&self, i: usize) -> [[f32; 3]; 3] {
         [0, 1, 2].map(|k| self.corners[k].get(i))
+    }
+}
+
+impl Spheres {
+    pub(crate) fn len(&self) -> usize {
+        self.radius.len()
+    }
+}
+
+impl Planes {
+    /// How many there are, visible or not.
+    pub fn len(&self) -> usize {
+        self.point.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.point.is_empty()
+    }
+}
+
+impl Quads {
+    pub(crate) fn len(&self) -> usize {
+        self.normal.len()
+    }
+}
+
+impl Triangles {
+    pub(crate) fn len(&self) -> usize {
+        self.normal.len()
     }
 }

@@ -8,7 +8,10 @@ use crate::changes::Changes;
 use crate::columns::Columns;
 use crate::geometry::ShapeKind;
 use crate::ids::LightId;
+use reflet_scene::MeshData;
+use std::collections::HashMap;
 use std::fmt;
+use std::sync::Arc;
 
 /// The hash of a scene: BLAKE3 of its columns in a fixed order, little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -58,7 +61,7 @@ impl SceneHasher {
             settings(columns),
         ];
         // The domain's number grows when the same columns come to mean another picture.
-        let mut all = blake3::Hasher::new_derive_key("reflet packed scene 2");
+        let mut all = blake3::Hasher::new_derive_key("reflet packed scene 3");
         for part in parts {
             all.update(part.as_bytes());
         }
@@ -98,6 +101,10 @@ impl Words {
         self.add(points.into_iter().flatten().map(f32::to_bits));
     }
 
+    fn digest(&mut self, hash: blake3::Hash) {
+        self.bytes.extend_from_slice(hash.as_bytes());
+    }
+
     fn finish(mut self) -> blake3::Hash {
         self.hasher.update(&self.bytes);
         self.hasher.finalize()
@@ -108,14 +115,15 @@ impl Words {
 fn surfaces(columns: &Columns) -> blake3::Hash {
     let mut words = Words::new();
     let geometry = &columns.geometry;
+    let mut meshes = Meshes::default();
     for i in (0..columns.surfaces.len()).filter(|i| columns.surfaces.visible[*i]) {
         words.add([columns.surfaces.prims[i]]);
         if let (Some(turn), Some(mesh)) = (&columns.surfaces.smooth[i], &columns.surfaces.mesh[i]) {
             words.add(turn.iter().flatten().flat_map(|x| split(x.to_bits())));
-            words.add(mesh.data.normals.iter().flatten().map(|x| x.to_bits()));
+            words.digest(meshes.of(&mesh.data));
         }
-        for prim in columns.surfaces.range(i) {
-            let (kind, row) = geometry.shape[prim];
+        for slot in columns.slots(i) {
+            let (kind, row) = geometry.shape[slot];
             let row = row as usize;
             words.add([kind as u32]);
             match kind {
@@ -140,10 +148,35 @@ fn surfaces(columns: &Columns) -> blake3::Hash {
                     let bits = geometry.solids.rows[row].bits();
                     words.add(bits.into_iter().flat_map(split));
                 }
+                ShapeKind::Copy => {
+                    let copy = &geometry.copies[row];
+                    words.digest(meshes.of(&copy.mesh.data));
+                    words.add(copy.world.iter().flatten().flat_map(|x| split(x.to_bits())));
+                }
             }
         }
     }
     words.finish()
+}
+
+/// The contents of meshes, each hashed once however often it is in the scene.
+#[derive(Default)]
+struct Meshes(HashMap<*const MeshData, blake3::Hash>);
+
+impl Meshes {
+    fn of(&mut self, data: &Arc<MeshData>) -> blake3::Hash {
+        *self.0.entry(Arc::as_ptr(data)).or_insert_with(|| {
+            let mut words = Words::new();
+            for t in &data.triangles {
+                words.points(t.map(|v| data.positions[v as usize]));
+                words.add(*t);
+            }
+            words.add(data.normals.iter().flatten().map(|x| x.to_bits()));
+            words.add(data.uvs.iter().flatten().map(|x| x.to_bits()));
+            words.add(data.triangle_materials.iter().copied());
+            words.finish()
+        })
+    }
 }
 
 fn split(bits: u64) -> [u32; 2] {
@@ -151,16 +184,17 @@ fn split(bits: u64) -> [u32; 2] {
 }
 
 fn paint(columns: &Columns) -> blake3::Hash {
-    let mut words = Words::new();
+    let (mut words, mut meshes) = (Words::new(), Meshes::default());
     for i in (0..columns.surfaces.len()).filter(|i| columns.surfaces.visible[*i]) {
         let paint = &columns.surfaces.paint[i];
         words.add([paint.even.0, paint.odd.0, u32::from(paint.cells.is_some())]);
-        words.add(paint.cells.into_iter().flat_map(|cells| cells.bits()));
+        words.add(paint.cells.iter().flat_map(|cells| cells.bits()));
         let tint = paint.tint.as_ref().map_or(Vec::new(), |tint| tint.content_bits());
         words.add([tint.len() as u32]);
         words.add(tint.into_iter().flat_map(split));
-        if let (Some(_), Some(mesh)) = (&paint.tint, &columns.surfaces.mesh[i]) {
-            words.add(mesh.data.uvs.iter().flatten().map(|x| x.to_bits()));
+        let mesh = columns.surfaces.mesh[i].as_ref();
+        if let Some(mesh) = mesh.filter(|m| paint.tint.is_some() || m.data.materials.len() > 1) {
+            words.digest(meshes.of(&mesh.data));
         }
     }
     words.finish()

@@ -23,6 +23,10 @@ id!(
     PrimId
 );
 id!(
+    /// A place in the columns of [`crate::Geometry`]: a primitive, or the copy of a mesh.
+    Slot
+);
+id!(
     /// A surface as the script made it: a shape with what it wears. A mesh is one surface here.
     SurfaceId
 );

@@ -9,6 +9,7 @@
 //! | [`bounds`] | outward-rounded boxes |
 //! | [`geometry`] | what rays are intersected with |
 //! | [`solids`] | of that, what is curved or round, each in coordinates of its own |
+//! | [`copies`] | of that, meshes that stand in the scene once more |
 //! | [`surfaces`] | which primitives are one surface, and what it wears |
 //! | [`cells`] | the cells of patterns |
 //! | [`tints`] | pictures and expressions |
@@ -18,6 +19,7 @@
 //! | [`columns`] | all of them |
 //! | `parts` | what a surface is made of, and how a primitive fills its row |
 //! | `sources` | which surface a row shows, and through which groups and instances |
+//! | [`sharing`] | which meshes are copies |
 //! | `rows` | rows of surfaces and primitives |
 //! | [`packer`] | the world into columns, whole or only the rows that a frame touched |
 //! | [`changes`] | what differs between two frames, by bits |
@@ -27,6 +29,7 @@ pub mod bounds;
 pub mod cells;
 pub mod changes;
 pub mod columns;
+pub mod copies;
 pub mod geometry;
 pub mod hash;
 pub mod ids;
@@ -35,6 +38,7 @@ pub mod materials;
 pub mod packer;
 mod parts;
 mod rows;
+pub mod sharing;
 pub mod solids;
 mod sources;
 pub mod surfaces;
@@ -44,9 +48,11 @@ pub mod view;
 pub use bounds::{Aabb, Volume};
 pub use changes::{Changes, LightChange, MaterialChange, SurfaceChange};
 pub use columns::Columns;
+pub use copies::{MeshCopy, SharedMesh};
 pub use geometry::{Geometry, SHAPE_KINDS, ShapeKind};
 pub use hash::{SceneHash, SceneHasher};
-pub use ids::{LightId, MaterialId, PrimId, SurfaceId};
+pub use ids::{LightId, MaterialId, PrimId, Slot, SurfaceId};
 pub use packer::{NoCamera, Overrides, Packer};
-pub use reflet_scene::{Attenuation, Falloff, Key, Spread, TransferCurve};
+pub use reflet_scene::{Attenuation, Falloff, Key, MeshData, Spread, TransferCurve};
+pub use sharing::Sharing;
 pub use solids::{Form, Solid};

@@ -3,13 +3,15 @@
 use crate::bounds::Aabb;
 use crate::cells::Wide;
 use crate::changes::{Changes, Settings, SurfaceState};
-use crate::columns::{Columns, LightBits};
+use crate::columns::{Columns, LightBits, material_of};
+use crate::copies::{MeshCopy, way};
 use crate::geometry::{Geometry, SHAPE_KINDS, ShapeKind};
 use crate::ids::{LightId, MaterialId, PrimId, SurfaceId};
 use crate::lights::{LightPlace, Lights, point_light, projector, spotlight, sun};
 use crate::materials::{MaterialRow, Materials};
 use crate::parts::{Anchor, Part, parts};
-use crate::sources::{Parents, Source, sources};
+use crate::sharing::{Meshes, Sharing};
+use crate::sources::{Parents, Source, Sources, sources};
 use crate::surfaces::{Cells, Paint, Surfaces};
 use crate::tints::{Site, Tint};
 use crate::view::{Model, View};
@@ -41,7 +43,7 @@ struct Lengths {
     keys: usize,
     materials: usize,
     surfaces: usize,
-    prims: usize,
+    slots: usize,
     shapes: [usize; SHAPE_KINDS],
     lights: usize,
 }
@@ -54,9 +56,9 @@ struct Lengths {
 pub struct Packer {
     columns: Columns,
     rows: Vec<Row>,
-    /// By surface: where it comes from.
-    sources: Vec<Source>,
+    sources: Sources,
     parents: Parents,
+    meshes: Meshes,
     /// Surfaces by what they depend on beside their own entity: the pattern that they wear, places,
     /// and what they are instances of.
     dependents: HashMap<Key, BTreeSet<SurfaceId>>,
@@ -89,6 +91,15 @@ impl std::error::Error for NoCamera {}
 impl Packer {
     /// Packs a scene as its script left it.
     pub fn new(scene: &Scene, overrides: Overrides) -> Result<Packer, NoCamera> {
+        Packer::sharing(scene, overrides, Sharing::Auto)
+    }
+
+    /// The same, with meshes shared otherwise.
+    pub fn sharing(
+        scene: &Scene,
+        overrides: Overrides,
+        sharing: Sharing,
+    ) -> Result<Packer, NoCamera> {
         let mut materials = Materials::default();
         materials.push(None, Material::GREY_MATT);
         let columns = Columns {
@@ -104,8 +115,9 @@ impl Packer {
         let mut packer = Packer {
             columns,
             rows: Vec::new(),
-            sources: Vec::new(),
+            sources: Sources::default(),
             parents: Parents::default(),
+            meshes: Meshes::new(sharing),
             dependents: HashMap::new(),
             base: Lengths::default(),
             touched: Vec::new(),
@@ -227,6 +239,7 @@ impl Packer {
         self.rows.clear();
         self.sources.clear();
         self.parents = Parents::default();
+        self.meshes.clear();
         self.dependents.clear();
         self.pack_all(scene);
         let made = self.append(scene, scene.len());
@@ -241,7 +254,7 @@ impl Packer {
             keys: self.rows.len(),
             materials: c.materials.rows.len(),
             surfaces: c.surfaces.len(),
-            prims: g.len(),
+            slots: g.len(),
             shapes: g.rows_by_kind(),
             lights: c.lights.len(),
         }
@@ -258,10 +271,11 @@ impl Packer {
         }
         self.rows.truncate(base.keys);
         self.sources.truncate(base.surfaces);
+        self.meshes.truncate(base.surfaces);
         c.materials.truncate(base.materials);
         c.lights.truncate(base.lights);
         c.surfaces.truncate(base.surfaces);
-        c.geometry.truncate(base.prims, base.shapes);
+        c.geometry.truncate(base.slots, base.shapes);
     }
 
     /// Makes rows for the entities from the first that has none yet up to `end`. Rows of surfaces
@@ -320,19 +334,28 @@ impl Packer {
 
     fn append_surface(&mut self, scene: &Scene, key: Key, source: Source) {
         let id = SurfaceId(self.columns.surfaces.len() as u32);
-        for step in &source.steps {
-            self.dependents.entry(step.place).or_default().insert(id);
-        }
-        if source.surface != key {
-            self.dependents.entry(source.surface).or_default().insert(id);
-        }
         let mesh = scene.get::<Mesh>(source.surface);
-        let first = PrimId(self.columns.geometry.len() as u32);
+        let materials = mesh.as_ref().map_or(1, |mesh| mesh.data.materials.len().max(1)) as u32;
+        let above = source.steps.iter().map(|step| step.place);
+        for on in above.chain((source.surface != key).then_some(source.surface)) {
+            let rows = (id.0..id.0 + materials).map(SurfaceId);
+            self.dependents.entry(on).or_default().extend(rows);
+        }
         let g = &mut self.columns.geometry;
+        let first = PrimId(g.prims());
         match &mesh {
-            Some(mesh) => {
-                mesh.data.triangles.iter().for_each(|_| g.push_blank(ShapeKind::Triangle, id));
-            }
+            Some(mesh) => match self.meshes.shared(id.index(), &mesh.data, g.triangles.len()) {
+                Some(shared) => {
+                    let to = source.affine(scene);
+                    g.push_copy_of(id, MeshCopy { mesh: shared, world: way(mesh, to.as_ref()) });
+                }
+                None => {
+                    for i in 0..mesh.data.triangles.len() {
+                        let id = SurfaceId(id.0 + material_of(&mesh.data, i));
+                        g.push_blank(ShapeKind::Triangle, id);
+                    }
+                }
+            },
             None => {
                 let to = source.affine(scene);
                 for part in parts(scene, source.surface).map(|(parts, _)| parts).unwrap_or_default()
@@ -342,9 +365,14 @@ impl Packer {
                 }
             }
         }
-        let prims = g.len() as u32 - first.0;
-        self.columns.surfaces.push_blank(key, first, prims, mesh.map(Arc::new));
-        self.sources.push(source);
+        let prims = g.prims() - first.0;
+        let mesh = mesh.map(Arc::new);
+        for material in 0..materials {
+            let prims = if material == 0 { prims } else { 0 };
+            self.columns.surfaces.push_blank(key, first, prims, mesh.clone());
+            let row = self.columns.surfaces.len() - 1;
+            self.sources.note(row, key, Source { material, ..source.clone() });
+        }
     }
 
     fn repack_material(&mut self, scene: &Scene, key: Key, row: u32, changes: &mut Changes) {
@@ -365,22 +393,31 @@ impl Packer {
 
     /// Reads a surface's shape and paint from the world into its rows.
     fn repack_surface(&mut self, scene: &Scene, i: usize) -> Fits {
-        let source = &self.sources[i];
+        let source = self.sources.of(i, self.columns.surfaces.key[i]);
         let key = source.surface;
         let Some(surface) = scene.get::<Surface>(key) else { return Fits::Yes };
         let visible = source.is_visible(scene);
         let to = source.affine(scene);
         let c = &mut self.columns;
         c.surfaces.visible[i] = visible;
-        let range = c.surfaces.range(i);
+        let slots = c.slots(i);
         let g = &mut c.geometry;
         let anchor;
         let mut own_parts = Vec::new();
+        let mut material = surface.material;
         if let Some(mesh) = scene.get::<Mesh>(key) {
-            let moved = c.surfaces.mesh[i].as_ref().is_none_or(|old| !same_placement(old, &mesh))
+            let old = c.surfaces.mesh[i].as_ref();
+            if old.is_some_and(|old| !Arc::ptr_eq(&old.data, &mesh.data)) {
+                return Fits::No;
+            }
+            let number = source.material;
+            material = material.or_else(|| mesh.worn_for(number as usize));
+            let moved = old.is_none_or(|old| !same_placement(old, &mesh))
                 || c.surfaces.moved_by[i] != to.map(affine_bits);
-            if moved || g.bounds[range.start..].first().is_none_or(Aabb::is_empty) {
-                g.set_mesh(range.start, &mesh, to.as_ref());
+            if number > 0 {
+                // The primitives are those of the first material's row.
+            } else if moved || g.bounds[slots.start..].first().is_none_or(Aabb::is_empty) {
+                g.place_mesh(slots.start, &mesh.data, &way(&mesh, to.as_ref()));
             }
             anchor = Anchor { origin: mesh.translate, normal: None };
             let smooth = mesh.shading == Shading::Smooth && !mesh.data.normals.is_empty();
@@ -392,22 +429,22 @@ impl Packer {
             let Some((parts, own)) = parts(scene, source.surface) else { return Fits::Yes };
             let moved = |part: &Part| to.as_ref().map_or(*part, |to| part.moved(to));
             let kinds = parts.iter().map(|part| moved(part).kind());
-            if !kinds.eq(g.shape[range.clone()].iter().map(|(kind, _)| *kind)) {
+            if !kinds.eq(g.shape[slots.clone()].iter().map(|(kind, _)| *kind)) {
                 return Fits::No;
             }
-            for (prim, part) in range.clone().zip(&parts) {
-                g.set_part(prim, &moved(part));
+            for (slot, part) in slots.clone().zip(&parts) {
+                g.set_part(slot, &moved(part));
             }
             (own_parts, anchor) = (parts, own);
         }
         if !visible {
-            g.bounds[range].fill(Aabb::EMPTY);
+            g.bounds[slots].fill(Aabb::EMPTY);
         }
         let site = Site { anchor, parts: &own_parts, to: to.as_ref() };
-        let paint = self.paint(scene, surface.material, &site);
+        let paint = self.paint(scene, material, &site);
         // A frame may hand a surface another pattern: it depends on both from then on.
         let patterned = paint.cells.is_some() || paint.tint.is_some();
-        if let Some(m) = surface.material.filter(|_| patterned) {
+        if let Some(m) = material.filter(|_| patterned) {
             self.dependents.entry(m).or_default().insert(SurfaceId(i as u32));
         }
         self.columns.surfaces.set_paint(i, paint);
@@ -422,7 +459,7 @@ impl Packer {
         let Some(key) = material else { return Paint::plain(Materials::GREY_MATT) };
         let alternate = |even, odd, cells: Wide| {
             let cells = site.to.map_or_else(|| cells.rounded(), |to| cells.moved(to).rounded());
-            Paint { even: row(even), odd: row(odd), cells: Some(cells), tint: None }
+            Paint { even: row(even), odd: row(odd), cells: Some(Box::new(cells)), tint: None }
         };
         let tinted = |base, tint| Paint { tint: Some(Arc::new(tint)), ..Paint::plain(row(base)) };
         if let Some(checker) = scene.get::<Checker>(key) {
@@ -439,7 +476,7 @@ impl Packer {
     }
 }
 
-/// Whether a surface's parts are of the kinds that its rows are for.
+/// Whether a surface's parts are of the kinds that its rows are for, and a mesh is of the same file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Fits {
     Yes,
@@ -525,11 +562,10 @@ fn lights(scene: &Scene, key: Key) -> Vec<(LightPlace, [f32; 3])> {
     scene.get::<Projector>(key).map(|l| projector(&l).to_vec()).unwrap_or_default()
 }
 
-/// Whether two meshes are the same triangles in the same place. The triangles are compared by their
-/// address: files are read once.
+/// Whether two meshes are in the same place.
 fn same_placement(a: &Mesh, b: &Mesh) -> bool {
     let place = |m: &Mesh| (m.scale.to_bits(), m.rotate, m.translate);
-    Arc::ptr_eq(&a.data, &b.data) && place(a) == place(b)
+    place(a) == place(b)
 }
 
 pub(crate) fn f32s(v: DVec3) -> [f32; 3] {

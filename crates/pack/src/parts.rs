@@ -217,31 +217,37 @@ pub(crate) fn affine(place: &Place) -> DAffine3 {
 }
 
 impl Geometry {
-    /// Writes a part into a primitive's row, which is of its kind.
-    pub(crate) fn set_part(&mut self, prim: usize, part: &Part) {
+    /// Writes a part into a slot's row, which is of its kind.
+    pub(crate) fn set_part(&mut self, slot: usize, part: &Part) {
         match *part {
-            Part::Sphere { center, radius } => self.place_sphere(prim, f32s(center), radius as f32),
+            Part::Sphere { center, radius } => self.place_sphere(slot, f32s(center), radius as f32),
             Part::Plane { point, normal } => {
-                let row = self.row_of(prim);
+                let row = self.row_of(slot);
                 self.planes.point.set(row, f32s(point));
                 self.planes.normal.set(row, f32s(unit(normal)));
-                self.bounds[prim] = Aabb::INFINITE;
+                self.bounds[slot] = Aabb::INFINITE;
             }
             Part::Quad { points, normal } => {
-                let row = self.row_of(prim);
+                let row = self.row_of(slot);
                 let points = points.map(f32s);
                 for (column, p) in self.quads.corners.iter_mut().zip(points) {
                     column.set(row, p);
                 }
                 self.quads.normal.set(row, f32s(unit(normal)));
-                self.bounds[prim] = Aabb::of_points(&points);
+                self.bounds[slot] = Aabb::of_points(&points);
             }
             Part::Triangle { points, normal } => {
-                self.set_triangle(prim, points.map(f32s), Some(normal));
+                let points = points.map(f32s);
+                let facing = if normal.length() > 0.0 {
+                    (f32s(unit(normal)), Aabb::of_points(&points))
+                } else {
+                    ([0.0; 3], Aabb::EMPTY)
+                };
+                self.set_triangle(slot, points, facing);
             }
             Part::Solid { form, world } => {
-                let row = self.row_of(prim);
-                (self.solids.rows[row], self.bounds[prim]) = Solid::new(form, &world);
+                let row = self.row_of(slot);
+                (self.solids.rows[row], self.bounds[slot]) = Solid::new(form, &world);
             }
         }
     }

@@ -1,15 +1,14 @@
 //! Rows of surfaces and primitives: blank ones, and how a shape fills them.
 
 use crate::bounds::Aabb;
+use crate::copies::{MeshCopy, World, facing, put};
 use crate::geometry::{Geometry, SHAPE_KINDS, ShapeKind};
 use crate::ids::{PrimId, SurfaceId};
 use crate::materials::Materials;
-use crate::packer::f32s;
 use crate::solids::Solid;
 use crate::surfaces::{Paint, Surfaces};
-use crate::view::unit;
 use glam::{DAffine3, DMat3, DVec3};
-use reflet_scene::{Key, Mesh};
+use reflet_scene::{Key, Mesh, MeshData};
 use std::sync::Arc;
 
 impl Surfaces {
@@ -46,151 +45,168 @@ impl Surfaces {
 
 impl Geometry {
     pub(crate) fn push_blank(&mut self, kind: ShapeKind, surface: SurfaceId) {
-        let prim = PrimId(self.len() as u32);
         let row = match kind {
             ShapeKind::Sphere => {
                 self.spheres.center.push([0.0; 3]);
                 self.spheres.radius.push(1.0);
-                self.spheres.prim.push(prim);
-                self.spheres.prim.len()
+                self.spheres.len()
             }
             ShapeKind::Plane => {
                 self.planes.point.push([0.0; 3]);
                 self.planes.normal.push([0.0; 3]);
-                self.planes.prim.push(prim);
-                self.planes.prim.len()
+                self.planes.len()
             }
             ShapeKind::Quad => {
                 self.quads.corners.iter_mut().for_each(|c| c.push([0.0; 3]));
                 self.quads.normal.push([0.0; 3]);
-                self.quads.prim.push(prim);
-                self.quads.prim.len()
+                self.quads.len()
             }
             ShapeKind::Triangle => {
                 self.triangles.corners.iter_mut().for_each(|c| c.push([0.0; 3]));
                 self.triangles.normal.push([0.0; 3]);
-                self.triangles.prim.push(prim);
-                self.triangles.prim.len()
+                self.triangles.len()
             }
             ShapeKind::Solid => {
                 self.solids.rows.push(Solid::BLANK);
-                self.solids.prim.push(prim);
-                self.solids.prim.len()
+                self.solids.len()
             }
+            ShapeKind::Copy => self.copies.len(),
         };
         self.shape.push((kind, row as u32 - 1));
         self.surface.push(surface);
         self.bounds.push(Aabb::EMPTY);
     }
 
+    /// Appends all triangles of a mesh in one slot, put into the scene by `world`.
+    pub(crate) fn push_copy_of(&mut self, surface: SurfaceId, copy: MeshCopy) {
+        let slot = self.len();
+        self.runs.note_copy(slot, PrimId(self.prims()), copy.len());
+        self.copies.push(copy);
+        self.push_blank(ShapeKind::Copy, surface);
+    }
+
+    /// Appends a mesh that wears nothing, none of its triangles stored, and gives the id of its
+    /// first triangle.
+    pub fn push_copy(&mut self, copy: MeshCopy) -> PrimId {
+        let first = PrimId(self.prims());
+        let bounds = copy.bounds();
+        self.push_copy_of(SurfaceId(self.len() as u32), copy);
+        *self.bounds.last_mut().expect("the slot that was pushed") = bounds;
+        first
+    }
+
     pub(crate) fn truncate(
         &mut self,
-        prims: usize,
-        [spheres, planes, quads, triangles, solids]: [usize; SHAPE_KINDS],
+        slots: usize,
+        [spheres, planes, quads, triangles, solids, copies]: [usize; SHAPE_KINDS],
     ) {
         self.spheres.center.truncate(spheres);
         self.spheres.radius.truncate(spheres);
-        self.spheres.prim.truncate(spheres);
         self.planes.point.truncate(planes);
         self.planes.normal.truncate(planes);
-        self.planes.prim.truncate(planes);
         self.quads.corners.iter_mut().for_each(|c| c.truncate(quads));
         self.quads.normal.truncate(quads);
-        self.quads.prim.truncate(quads);
         self.triangles.corners.iter_mut().for_each(|c| c.truncate(triangles));
         self.triangles.normal.truncate(triangles);
-        self.triangles.prim.truncate(triangles);
         self.solids.rows.truncate(solids);
-        self.solids.prim.truncate(solids);
-        self.shape.truncate(prims);
-        self.surface.truncate(prims);
-        self.bounds.truncate(prims);
+        self.copies.truncate(copies);
+        self.shape.truncate(slots);
+        self.surface.truncate(slots);
+        self.bounds.truncate(slots);
+        self.runs.truncate(slots);
     }
 
     /// How many rows there are of each kind.
     pub(crate) fn rows_by_kind(&self) -> [usize; SHAPE_KINDS] {
         [
-            self.spheres.prim.len(),
-            self.planes.prim.len(),
-            self.quads.prim.len(),
-            self.triangles.prim.len(),
-            self.solids.prim.len(),
+            self.spheres.len(),
+            self.planes.len(),
+            self.quads.len(),
+            self.triangles.len(),
+            self.solids.len(),
+            self.copies.len(),
         ]
     }
 
-    pub(crate) fn row_of(&self, prim: usize) -> usize {
-        self.shape[prim].1 as usize
+    pub(crate) fn row_of(&self, slot: usize) -> usize {
+        self.shape[slot].1 as usize
     }
 
     /// Appends a sphere that wears nothing, and gives its id: primitives without a scene, to cast
     /// rays at. One whose radius is not above 0, or that has a number that is not finite, is no
     /// rays' to hit.
     pub fn push_sphere(&mut self, center: [f32; 3], radius: f32) -> PrimId {
-        let prim = self.len();
-        self.push_blank(ShapeKind::Sphere, SurfaceId(prim as u32));
-        self.place_sphere(prim, center, radius);
+        let (slot, prim) = (self.len(), PrimId(self.prims()));
+        self.push_blank(ShapeKind::Sphere, SurfaceId(slot as u32));
+        self.place_sphere(slot, center, radius);
         if !(radius > 0.0 && center.iter().chain([&radius]).all(|x| x.is_finite())) {
-            self.bounds[prim] = Aabb::EMPTY;
+            self.bounds[slot] = Aabb::EMPTY;
         }
-        PrimId(prim as u32)
+        prim
     }
 
     /// Appends a triangle that wears nothing, and gives its id. One without an area, or with a
     /// corner that is not finite, is no rays' to hit.
     pub fn push_triangle(&mut self, corners: [[f32; 3]; 3]) -> PrimId {
-        let prim = self.len();
-        self.push_blank(ShapeKind::Triangle, SurfaceId(prim as u32));
-        self.set_triangle(prim, corners, None);
+        let (slot, prim) = (self.len(), PrimId(self.prims()));
+        self.push_blank(ShapeKind::Triangle, SurfaceId(slot as u32));
+        self.set_triangle(slot, corners, facing(corners));
         if !corners.iter().flatten().all(|x| x.is_finite()) {
-            self.bounds[prim] = Aabb::EMPTY;
+            self.bounds[slot] = Aabb::EMPTY;
         }
-        PrimId(prim as u32)
+        prim
     }
 
-    pub(crate) fn place_sphere(&mut self, prim: usize, c: [f32; 3], r: f32) {
-        let row = self.row_of(prim);
+    /// Appends a triangle of a mesh in the file's own coordinates, with its box whatever its area:
+    /// put into the scene, it may have one.
+    pub fn push_candidate(&mut self, corners: [[f32; 3]; 3]) {
+        let slot = self.len();
+        self.push_blank(ShapeKind::Triangle, SurfaceId(slot as u32));
+        self.set_triangle(slot, corners, ([0.0; 3], Aabb::of_points(&corners)));
+    }
+
+    pub(crate) fn place_sphere(&mut self, slot: usize, c: [f32; 3], r: f32) {
+        let row = self.row_of(slot);
         self.spheres.center.set(row, c);
         self.spheres.radius[row] = r;
         // The box of the sphere that the kernels see: rounded centre and radius.
         let (c, r) = (c.map(f64::from), f64::from(r));
-        self.bounds[prim] = Aabb::outward(c.map(|x| x - r), c.map(|x| x + r));
+        self.bounds[slot] = Aabb::outward(c.map(|x| x - r), c.map(|x| x + r));
     }
 
-    /// `normal` is that of the unrounded corners, if there are any.
     pub(crate) fn set_triangle(
         &mut self,
-        prim: usize,
+        slot: usize,
         points: [[f32; 3]; 3],
-        normal: Option<DVec3>,
+        (normal, bounds): ([f32; 3], Aabb),
     ) {
-        let row = self.row_of(prim);
+        let row = self.row_of(slot);
         for (column, p) in self.triangles.corners.iter_mut().zip(points) {
             column.set(row, p);
         }
-        let [a, b, c] = points.map(|p| DVec3::from_array(p.map(f64::from)));
-        let normal = normal.unwrap_or_else(|| (b - a).cross(c - a));
-        let has_area = normal.length() > 0.0;
-        self.triangles.normal.set(row, if has_area { f32s(unit(normal)) } else { [0.0; 3] });
-        // A placement may flatten a triangle of a mesh: it is no longer there.
-        self.bounds[prim] = if has_area { Aabb::of_points(&points) } else { Aabb::EMPTY };
+        self.triangles.normal.set(row, normal);
+        self.bounds[slot] = bounds;
     }
 
-    /// Places the triangles of a mesh: each vertex once in `f64`, so that neighbours share it. `to`
-    /// moves them on.
-    pub(crate) fn set_mesh(&mut self, first: usize, mesh: &Mesh, to: Option<&DAffine3>) {
-        let turn = rotation(mesh.rotate);
-        let placed: Vec<[f32; 3]> = mesh
-            .data
-            .positions
-            .iter()
-            .map(|p| {
-                let p = DVec3::from_array(p.map(f64::from)) * mesh.scale;
-                let placed = turn * p + mesh.translate;
-                f32s(to.map_or(placed, |to| to.transform_point3(placed)))
-            })
-            .collect();
-        for (i, t) in mesh.data.triangles.iter().enumerate() {
-            self.set_triangle(first + i, t.map(|v| placed[v as usize]), None);
+    /// Puts a mesh where it is, in slots from `first` on.
+    pub(crate) fn place_mesh(&mut self, first: usize, data: &MeshData, world: &World) {
+        match self.shape.get(first) {
+            Some((ShapeKind::Copy, row)) => {
+                let copy = &mut self.copies[*row as usize];
+                copy.world = *world;
+                self.bounds[first] = copy.bounds();
+            }
+            _ => self.set_mesh(first, data, world),
+        }
+    }
+
+    /// Stores the triangles of a mesh in slots from `first` on: each vertex once, so that neighbours
+    /// share it.
+    fn set_mesh(&mut self, first: usize, data: &MeshData, world: &World) {
+        let placed: Vec<[f32; 3]> = data.positions.iter().map(|p| put(world, *p)).collect();
+        for (slot, t) in (first..).zip(&data.triangles) {
+            let points = t.map(|v| placed[v as usize]);
+            self.set_triangle(slot, points, facing(points));
         }
     }
 }

@@ -5,7 +5,6 @@
 //! together.
 
 use crate::bounds::Aabb;
-use crate::ids::PrimId;
 use glam::{DAffine3, DVec3};
 
 /// What a solid is in its own coordinates.
@@ -74,8 +73,12 @@ pub struct Solid {
 pub struct Solids {
     /// The rows.
     pub rows: Vec<Solid>,
-    /// Which primitive each is.
-    pub prim: Vec<PrimId>,
+}
+
+impl Solids {
+    pub(crate) fn len(&self) -> usize {
+        self.rows.len()
+    }
 }
 
 impl Solid {

@@ -4,7 +4,8 @@
 use crate::parts::affine;
 use glam::DAffine3;
 use reflet_scene::{Group, Instance, Key, Place, Scene, Surface};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 /// A place on the way from a surface to the scene, from the inside out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +28,38 @@ pub(crate) struct Source {
     pub surface: Key,
     pub flag: Flag,
     /// Empty for most.
-    pub steps: Box<[Step]>,
+    pub steps: Arc<[Step]>,
+    /// Of a mesh that has several materials, the number of that which the row is of; the first row
+    /// has the mesh's primitives.
+    pub material: u32,
+}
+
+/// By row of surfaces: where it comes from.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sources(BTreeMap<usize, Source>);
+
+impl Sources {
+    /// Notes where the row of an entity comes from. Most are the entity itself, and take no room.
+    pub fn note(&mut self, row: usize, key: Key, source: Source) {
+        if source != Source::itself(key) {
+            self.0.insert(row, source);
+        }
+    }
+
+    /// Where the row of an entity comes from.
+    pub fn of(&self, row: usize, key: Key) -> Source {
+        self.0.get(&row).cloned().unwrap_or_else(|| Source::itself(key))
+    }
+
+    /// Forgets rows from `rows` on.
+    pub fn truncate(&mut self, rows: usize) {
+        self.0.split_off(&rows);
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
 }
 
 /// The groups that things are in.
@@ -57,7 +89,7 @@ pub(crate) fn sources(scene: &Scene, parents: &Parents, key: Key) -> Vec<Source>
     let mut out = Vec::new();
     if scene.has::<Surface>(key) {
         let steps = parents.around(key).collect();
-        out.push(Source { surface: key, flag: Flag::Counts, steps });
+        out.push(Source { surface: key, flag: Flag::Counts, steps, material: 0 });
     } else if scene.has::<Instance>(key) {
         let mut way = Vec::new();
         expand(scene, (key, Flag::Counts), &mut way, &mut out);
@@ -73,7 +105,7 @@ pub(crate) fn sources(scene: &Scene, parents: &Parents, key: Key) -> Vec<Source>
 fn expand(scene: &Scene, (thing, flag): (Key, Flag), way: &mut Vec<Step>, out: &mut Vec<Source>) {
     if scene.has::<Surface>(thing) {
         let steps = way.iter().rev().copied().collect();
-        out.push(Source { surface: thing, flag, steps });
+        out.push(Source { surface: thing, flag, steps, material: 0 });
         return;
     }
     way.push(Step { place: thing, flag });
@@ -88,10 +120,15 @@ fn expand(scene: &Scene, (thing, flag): (Key, Flag), way: &mut Vec<Step>, out: &
 }
 
 impl Source {
+    /// An entity that shows itself, where it is.
+    fn itself(key: Key) -> Source {
+        Source { surface: key, flag: Flag::Counts, steps: Arc::default(), material: 0 }
+    }
+
     /// How the places of now put it into the scene; `None` where nothing moves it.
     pub fn affine(&self, scene: &Scene) -> Option<DAffine3> {
         let mut all: Option<DAffine3> = None;
-        for step in &self.steps {
+        for step in self.steps.iter() {
             let own = affine(&scene.get::<Place>(step.place).unwrap_or_default());
             all = Some(all.map_or(own, |inner| own * inner));
         }

@@ -15,7 +15,7 @@ pub struct Paint {
     /// The material of odd cells; equal to `even` without a pattern.
     pub odd: MaterialId,
     /// The pattern's cells, if it has one.
-    pub cells: Option<Cells>,
+    pub cells: Option<Box<Cells>>,
     /// What makes its reflectivities differ from point to point.
     pub tint: Option<Arc<Tint>>,
 }
@@ -34,9 +34,10 @@ pub struct Surfaces {
     pub key: Vec<Key>,
     /// What each wears.
     pub paint: Vec<Paint>,
-    /// The first of its primitives; the last row's end is the number of primitives.
+    /// The first of its primitives; of a mesh's further material, the mesh's first.
     pub first_prim: Vec<PrimId>,
     /// How many primitives it has: mostly 1; the faces and caps of a shape, the triangles of a mesh.
+    /// The row of a mesh's first material counts them all, those of further ones count none.
     pub prims: Vec<u32>,
     /// Whether it is in the picture.
     pub visible: Vec<bool>,

@@ -79,6 +79,7 @@ impl Nouns {
             rotate: DVec3::ZERO,
             translate: three(),
             shading: Shading::Smooth,
+            worn: [].into(),
         };
         scene.spawn((mesh, wear(second)));
         scene.seal();

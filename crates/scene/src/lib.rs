@@ -44,7 +44,7 @@ pub use journal::Noun;
 pub use key::Key;
 pub use light::{Falloff, PointLight, Projector, Spotlight, Sun};
 pub use material::{Checker, Material, Stripes, Surface, Tiles};
-pub use mesh::{Mesh, MeshData, MeshMaterial, Shading};
+pub use mesh::{Mesh, MeshData, MeshMaterial, Shading, Worn};
 pub use place::{Group, Instance, Place};
 pub use program::{Program, Shader};
 pub use quadric::{Caps, Cone, Cylinder, Ellipsoid, Hyperboloid, Paraboloid, Torus};

@@ -1,6 +1,7 @@
 //! Indexed triangles and their placement.
 
 use crate::fault::{Fault, finite};
+use crate::key::Key;
 use crate::material::Material;
 use glam::DVec3;
 use std::sync::Arc;
@@ -71,9 +72,33 @@ pub struct Mesh {
     pub translate: DVec3,
     /// Which normals it is lit and mirrored by.
     pub shading: Shading,
+    /// What stands for the file's own materials, where the mesh as a whole wears none.
+    pub worn: Arc<[Worn]>,
+}
+
+/// The entity that stands for a material of a mesh file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Worn {
+    /// The material's name in the file.
+    pub name: String,
+    /// An entity with a [`Material`].
+    pub material: Key,
 }
 
 impl Mesh {
+    /// Puts other entities in place of those that stand for materials of these names.
+    pub fn wear(&mut self, others: Vec<Worn>) {
+        let is_other = |worn: &&Worn| others.iter().all(|other| other.name != worn.name);
+        let kept: Vec<Worn> = self.worn.iter().filter(is_other).cloned().collect();
+        self.worn = kept.into_iter().chain(others).collect();
+    }
+
+    /// What stands for the file's material number `i`.
+    pub fn worn_for(&self, i: usize) -> Option<Key> {
+        let name = &self.data.materials.get(i)?.name;
+        self.worn.iter().find(|worn| worn.name == *name).map(|worn| worn.material)
+    }
+
     /// Whether this is a mesh that can be rendered.
     pub fn check(&self) -> Result<(), Fault> {
         finite("scale", &[self.scale])?;
@@ -81,6 +106,19 @@ impl Mesh {
             return Err(Fault::new("scale", "must not be 0 (also after rounding to f32)"));
         }
         finite("rotate", &self.rotate.to_array())?;
-        finite("translate", &self.translate.to_array())
+        finite("translate", &self.translate.to_array())?;
+        let is_there = |worn: &&Worn| self.data.materials.iter().any(|m| m.name == worn.name);
+        match self.worn.iter().find(|worn| !is_there(worn)) {
+            None => Ok(()),
+            Some(Worn { name, .. }) => {
+                let names: Vec<String> =
+                    self.data.materials.iter().map(|m| format!("`{}`", m.name)).collect();
+                let has = if names.is_empty() { "none".into() } else { names.join(", ") };
+                Err(Fault::new(
+                    "materials",
+                    format!("names `{name}`, which is no material of the file; it has {has}"),
+                ))
+            }
+        }
     }
 }

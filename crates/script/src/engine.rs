@@ -3,6 +3,7 @@
 use crate::state::Shared;
 use crate::{
     guard, handle, helpers, maths, params, placed, random, state, symbolic, time, trouble, vec3,
+    wardrobe,
 };
 use rhai::packages::{
     ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage,
@@ -128,6 +129,7 @@ pub(crate) fn build(state: &Shared, meter: &Arc<Meter>, max: u64, print: Printer
     trouble::register(&mut engine);
     vec3::register(&mut engine);
     handle::register(&mut engine, state);
+    wardrobe::register(&mut engine, state);
     state::register(&mut engine, state);
     placed::register(&mut engine, state);
     maths::register(&mut engine);

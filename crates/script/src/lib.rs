@@ -29,6 +29,7 @@
 //! | `nouns`, `shapes`, `table` | the one table of makers and keys; a new shape is one entry |
 //! | `parse`, `state`, `handle` | from maps to nouns, from handles to properties |
 //! | `placed` | groups and instances |
+//! | `wardrobe` | the materials of mesh files |
 //! | `origins` | where each thing was made, so that it can be named |
 //! | `time`, `capture`, `mutation` | frames, and putting captured variables back |
 //! | `vec3`, `maths`, `helpers`, `random`, `params` | what scripts calculate with |
@@ -67,6 +68,7 @@ mod time;
 mod trouble;
 mod value;
 mod vec3;
+mod wardrobe;
 
 pub use engine::Printer;
 pub use error::{ErrorKind, Note, Place, ScriptError};

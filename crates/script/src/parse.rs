@@ -8,6 +8,7 @@ use crate::symbolic::{self, Recorded};
 use crate::table::{AnyForm, KeyInfo, Kind, Role, Takes, Value};
 use crate::trouble::{Blame, Trouble};
 use crate::value::{colour, describe, number, vector};
+use crate::wardrobe;
 use glam::DVec3;
 use reflet_scene::{Key, Tiles};
 use rhai::{Dynamic, Map, Position};
@@ -93,6 +94,10 @@ pub(crate) fn value(
 ) -> Result<Value, Trouble> {
     if let Takes::Wear | Takes::Paint = info.takes {
         return paint(state, kind, info, given, call);
+    }
+    if let Takes::Wardrobe = info.takes {
+        return wardrobe::given(state, kind, given, call)
+            .unwrap_or_else(|| Err(refused(info, given)));
     }
     if let Takes::File = info.takes
         && let Ok(file) = given.as_immutable_string_ref()
@@ -195,7 +200,7 @@ fn plain(takes: Takes, given: &Dynamic) -> Option<Value> {
             let recorded = recorded.or_else(|| symbolic::constant(given));
             recorded.map(|Recorded(program)| Value::Expression(Some(program)))
         }
-        Takes::Wear | Takes::Paint | Takes::File | Takes::Image => None,
+        Takes::Wear | Takes::Paint | Takes::Wardrobe | Takes::File | Takes::Image => None,
     }
 }
 
@@ -224,6 +229,21 @@ fn paint(
         return Ok(Value::Wear(Some(key)));
     }
     Err(refused(info, given))
+}
+
+/// A material to be worn in the place of one of a mesh's file.
+pub(crate) fn one_worn(
+    state: &mut State,
+    kind: Kind,
+    given: &Dynamic,
+    call: Position,
+) -> Result<Key, Trouble> {
+    static INFO: KeyInfo =
+        KeyInfo { name: "materials", takes: Takes::Paint, default: None, doc: "" };
+    match paint(state, kind, &INFO, given, call)? {
+        Value::Wear(Some(material)) => Ok(material),
+        _ => Err(refused(&INFO, given)),
+    }
 }
 
 /// The trouble inside a Rhai error that we made ourselves.

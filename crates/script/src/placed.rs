@@ -11,8 +11,40 @@ use reflet_scene::{Group, Instance, Key, Mesh, Place};
 use rhai::{Array, Dynamic, Engine, Map, NativeCallContext, Position};
 use std::collections::BTreeMap;
 
-/// The most primitives that instances may show: each takes about 300 bytes, some GB in all.
+/// The most shapes that instances may show, a mesh counted once: each takes about 300 bytes, some
+/// GB in all.
 const MOST: u64 = 20_000_000;
+
+/// The most triangles that instances of meshes may show. None of them is stored, but each has a
+/// number.
+const MOST_TRIANGLES: u64 = 2_000_000_000;
+
+/// How much a thing shows.
+#[derive(Clone, Copy, Default)]
+struct Shown {
+    /// Shapes, and meshes.
+    shapes: u64,
+    /// The meshes' triangles.
+    triangles: u64,
+}
+
+impl Shown {
+    /// Both together.
+    fn and(self, other: Shown) -> Shown {
+        Shown {
+            shapes: self.shapes.saturating_add(other.shapes),
+            triangles: self.triangles.saturating_add(other.triangles),
+        }
+    }
+
+    /// `self` without what it has of `other`.
+    fn less(self, other: Shown) -> Shown {
+        Shown {
+            shapes: self.shapes.saturating_sub(other.shapes),
+            triangles: self.triangles.saturating_sub(other.triangles),
+        }
+    }
+}
 
 /// How deep groups and instances may be nested.
 const DEEPEST: u32 = 256;
@@ -22,10 +54,10 @@ const DEEPEST: u32 = 256;
 pub(crate) struct Placed {
     /// The group that a thing is in, and the line where that was made.
     groups: BTreeMap<Key, (Key, usize)>,
-    /// How many primitives groups and instances show.
-    shown: BTreeMap<Key, u64>,
-    /// How many all instances show.
-    total: u64,
+    /// How much groups and instances show.
+    shown: BTreeMap<Key, Shown>,
+    /// How much all instances show.
+    total: Shown,
     /// How deep each is nested; 0 for what is not in here.
     depth: BTreeMap<Key, u32>,
 }
@@ -36,7 +68,7 @@ impl Placed {
         self.groups.retain(|_, (group, _)| *group < first);
         self.depth.split_off(&first);
         for (_, shown) in self.shown.split_off(&first) {
-            self.total = self.total.saturating_sub(shown);
+            self.total = self.total.less(shown);
         }
     }
 }
@@ -69,7 +101,8 @@ impl State {
             }
             members.push(key);
         }
-        let shown = members.iter().map(|key| self.primitives(*key)).sum();
+        let shown = members.iter().map(|key| self.shown_by(*key));
+        let shown = shown.fold(Shown::default(), Shown::and);
         let depth = self.depth_above(&members)?;
         let place = self.place(&GROUP, map, call)?;
         let group = Group { members: members.clone().into() };
@@ -87,17 +120,23 @@ impl State {
         let of = self.thing(thing).map_err(|what| {
             trouble(format!("`instance` takes a surface, a group or an instance, got {what}"))
         })?;
-        let shown = self.primitives(of);
-        if self.placed.total.saturating_add(shown) > MOST {
+        let shown = self.shown_by(of);
+        let total = self.placed.total.and(shown);
+        if total.shapes > MOST {
             return Err(trouble(format!(
-                "the scene's instances would show more than {MOST} shapes and triangles: make fewer, or of less"
+                "the scene's instances would show more than {MOST} shapes: make fewer, or of less"
+            )));
+        }
+        if total.triangles > MOST_TRIANGLES {
+            return Err(trouble(format!(
+                "the scene's instances would show more than {MOST_TRIANGLES} triangles: make fewer, or of a smaller mesh"
             )));
         }
         let depth = self.depth_above(&[of])?;
         let place = self.place(&INSTANCE, map, call)?;
         let key = self.scene.spawn((place, Instance { of }));
         self.origins.note(key, call.line().unwrap_or_default());
-        self.placed.total += shown;
+        self.placed.total = total;
         self.placed.shown.insert(key, shown);
         self.placed.depth.insert(key, depth);
         Ok(self.handle(key, Kind(&INSTANCE)))
@@ -142,10 +181,14 @@ impl State {
         }
     }
 
-    /// About how many primitives a thing shows.
-    fn primitives(&self, key: Key) -> u64 {
-        let mesh = || self.scene.get::<Mesh>(key).map(|mesh| mesh.data.triangles.len() as u64);
-        self.placed.shown.get(&key).copied().or_else(mesh).unwrap_or(1)
+    /// How much a thing shows.
+    fn shown_by(&self, key: Key) -> Shown {
+        let own = || {
+            let mesh = self.scene.get::<Mesh>(key);
+            let triangles = mesh.map_or(0, |mesh| mesh.data.triangles.len() as u64);
+            Shown { shapes: 1, triangles }
+        };
+        self.placed.shown.get(&key).copied().unwrap_or_else(own)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::nouns::{field, variant};
 use crate::table::{Field, Form, KeyInfo, Role, Takes};
-use Takes::{Angles, Direction, Factor, File, Flag, Lengths, Point, Positive};
+use Takes::{Angles, Direction, Factor, File, Flag, Lengths, Point, Positive, Wardrobe};
 use glam::DVec3;
 use reflet_scene::{
     Caps, Cone, Cuboid, Cylinder, Disc, Ellipsoid, Hyperboloid, Mesh, MeshData, Paraboloid, Plane,
@@ -257,6 +257,7 @@ pub(crate) static MESH: Form<Mesh> = Form {
         rotate: DVec3::ZERO,
         translate: DVec3::ZERO,
         shading: Shading::Smooth,
+        worn: [].into(),
     },
     fields: &[
         field!("file", File, None, "the file, relative to the script's folder", data),
@@ -273,7 +274,17 @@ pub(crate) static MESH: Form<Mesh> = Form {
             get: |m| (m.shading == Shading::Smooth).into(),
             set: |m, v| m.shading = if v.into() { Shading::Smooth } else { Shading::Faceted },
         },
+        Field {
+            info: KeyInfo {
+                name: "materials",
+                takes: Wardrobe,
+                default: Some("those of the file"),
+                doc: "the file's own materials by name, which the mesh wears while it has no `material`; a map puts others in place of those that it names",
+            },
+            get: |m| m.worn.to_vec().into(),
+            set: |m, v| m.wear(v.into()),
+        },
     ],
-    relations: None,
+    relations: Some(Mesh::check),
     normal: None,
 };

@@ -8,10 +8,13 @@ use crate::placed::Placed;
 use crate::table::{AnyForm, Kind, Role, Value, to_dynamic};
 use crate::time::FrameFn;
 use crate::trouble::{Fallible, Trouble, trouble};
+use crate::wardrobe::Wardrobe;
 use crate::{names, parse, symbolic};
+use glam::DVec3;
 use reflet_assets::Assets;
 use reflet_scene::{
-    Checker, Fault, Key, Mapping, Material, Scene, Shader, Stripes, Surface, Textured, Tiles,
+    Checker, Fault, Key, Mapping, Material, Mesh, MeshData, MeshMaterial, Scene, Shader, Stripes,
+    Surface, Textured, Tiles, Worn,
 };
 use rhai::{Dynamic, FnPtr, Map, NativeCallContext, Position};
 use std::collections::{BTreeMap, HashMap};
@@ -148,7 +151,8 @@ impl State {
         map: &Map,
         call: Position,
     ) -> Result<Key, Trouble> {
-        let values = parse::values(self, form, map, call)?;
+        let mut values = parse::values(self, form, map, call)?;
+        self.dress(form, &mut values);
         let wears = values.iter().find_map(|(_, v)| match v {
             Value::Wear(Some(key)) if form.role() == Role::Surface => Some(*key),
             _ => None,
@@ -163,6 +167,59 @@ impl State {
                 .map_err(|fault| Trouble::with_key("material", words_of_wear(&fault)))?;
         }
         Ok(key)
+    }
+
+    /// Gives a new mesh the materials of its file, but where it wears one as a whole or is given
+    /// others.
+    fn dress(&mut self, form: &'static dyn AnyForm, values: &mut Vec<(usize, Value)>) {
+        let Some((at, _)) = form.find("materials") else { return };
+        let (mut file, mut given, mut wears_one) = (None, Vec::new(), false);
+        for (_, value) in values.iter() {
+            match value {
+                Value::Mesh(data) => file = Some(data.clone()),
+                Value::Wardrobe(worn) => given = worn.clone(),
+                value => wears_one |= matches!(value, Value::Wear(_)),
+            }
+        }
+        if let Some(data) = file.filter(|_| !wears_one) {
+            let own = self.materials_of(&data, &given);
+            values.insert(0, (at, Value::Wardrobe(own)));
+        }
+    }
+
+    /// Makes the materials of a mesh's file, but those that are `given`.
+    fn materials_of(&mut self, data: &MeshData, given: &[Worn]) -> Vec<Worn> {
+        let is_given = |own: &&MeshMaterial| given.iter().any(|other| other.name == own.name);
+        let make = |own: &MeshMaterial| {
+            let [ambient, diffuse, specular] =
+                [own.ambient, own.diffuse, own.specular].map(DVec3::from_array);
+            let material = self.scene.spawn((Material { ambient, diffuse, specular },));
+            Worn { name: own.name.clone(), material }
+        };
+        data.materials.iter().filter(|own| !is_given(own)).map(make).collect()
+    }
+
+    /// What a surface wears that was given nothing: a mesh the one material of its file, anything
+    /// else the grey matt default, as an entity of its own as soon as a script asks for it.
+    fn undeclared(&mut self, surface: Key) -> Fallible<Key> {
+        let mesh = self.scene.get::<Mesh>(surface);
+        match mesh.as_ref().map_or(&[][..], |mesh| &mesh.worn[..]) {
+            [] => {}
+            [one] => return Ok(one.material),
+            several => {
+                let names: Vec<&str> = several.iter().map(|worn| &worn.name[..]).collect();
+                return Err(trouble(format!(
+                    "this mesh wears several materials, those of its file: `materials` has {}",
+                    names::listed(&names)
+                )));
+            }
+        }
+        let paint = self.scene.spawn((Material::GREY_MATT,));
+        if let Some(mut own) = self.scene.get::<Surface>(surface) {
+            own.material = Some(paint);
+            self.scene.set(surface, own);
+        }
+        Ok(paint)
     }
 
     /// The handle of a thing that was just made.
@@ -208,15 +265,12 @@ impl State {
         };
         let mut value = handle.kind.0.get(&self.scene, handle.key, at);
         if let Some(Value::Wear(None)) = value {
-            // The grey matt default gets an entity of its own as soon as a script asks for it.
-            let paint = self.scene.spawn((Material::GREY_MATT,));
-            value = Some(Value::Wear(Some(paint)));
-            if let Some(mut surface) = self.scene.get::<Surface>(handle.key) {
-                surface.material = Some(paint);
-                self.scene.set(handle.key, surface);
-            }
+            value = Some(Value::Wear(Some(self.undeclared(handle.key)?)));
         }
         let value = value.ok_or_else(|| unknown_property(handle.kind, name))?;
+        if let Value::Wardrobe(_) = value {
+            return Ok(Dynamic::from(Wardrobe(handle)));
+        }
         Ok(to_dynamic(value, info.takes, |key| self.paint(key), |address| self.file_of(address)))
     }
 
@@ -245,6 +299,18 @@ impl State {
             }
         }
         let value = parse::value(self, Kind(kind.0), info, &to, place)?;
+        if let (Value::Wardrobe(to), Some(mesh)) = (&value, self.scene.get::<Mesh>(key))
+            && to.iter().all(|worn| mesh.worn.contains(worn))
+        {
+            // `car.materials.paint.diffuse = 1` writes the same map back.
+            return Ok(());
+        }
+        if let (Value::Mesh(data), Some(mut mesh)) = (&value, self.scene.get::<Mesh>(key))
+            && !Arc::ptr_eq(data, &mesh.data)
+        {
+            mesh.worn = self.materials_of(data, &[]).into();
+            self.scene.set(key, mesh);
+        }
         let wear = match value {
             Value::Wear(Some(paint)) if role == Role::Surface => Some(paint),
             _ => None,

@@ -5,7 +5,7 @@
 use crate::handle::Handle;
 use crate::vec3::Vec3;
 use glam::DVec3;
-use reflet_scene::{Fault, Key, MeshData, Noun, Program, Scene, Surface, Texture, Tiles};
+use reflet_scene::{Fault, Key, MeshData, Noun, Program, Scene, Surface, Texture, Tiles, Worn};
 use rhai::Dynamic;
 use std::sync::Arc;
 
@@ -46,6 +46,8 @@ pub(crate) enum Takes {
     Wear,
     /// A material or its map.
     Paint,
+    /// Materials by the names that a mesh file gives them.
+    Wardrobe,
     /// The name of a mesh file.
     File,
     /// The name of a picture file.
@@ -78,6 +80,9 @@ impl Takes {
             Takes::Flag => "true or false".into(),
             Takes::Wear => "a material, a pattern, or a map #{...} of a material's keys".into(),
             Takes::Paint => "a material, or a map #{...} of a material's keys".into(),
+            Takes::Wardrobe => {
+                "a map #{ NAME: material, ... }, with names of the file's materials".into()
+            }
             Takes::Image => "the name of a picture file (PNG, JPEG, EXR or PPM), a string".into(),
             Takes::Expression => "a function of the hit point, |p| ..., or a colour".into(),
             Takes::File => "the name of a mesh file, a string".into(),
@@ -96,6 +101,7 @@ pub(crate) enum Value {
     Word(usize),
     Flag(bool),
     Wear(Option<Key>),
+    Wardrobe(Vec<Worn>),
     Mesh(Arc<MeshData>),
     Image(Arc<Texture>),
     Expression(Option<Arc<Program>>),
@@ -126,6 +132,7 @@ taker!(tiles, Tiles, Tiles);
 taker!(word, Word, usize);
 taker!(flag, Flag, bool);
 taker!(wear, Wear, Option<Key>);
+taker!(wardrobe, Wardrobe, Vec<Worn>);
 taker!(mesh, Mesh, Arc<MeshData>);
 taker!(image, Image, Arc<Texture>);
 taker!(expression, Expression, Option<Arc<Program>>);
@@ -408,6 +415,6 @@ pub(crate) fn to_dynamic(
         Value::Wear(None) => Dynamic::UNIT,
         Value::Mesh(data) => file(Arc::as_ptr(&data) as usize).into(),
         Value::Image(image) => file(Arc::as_ptr(&image) as usize).into(),
-        Value::Expression(_) => Dynamic::UNIT,
+        Value::Wardrobe(_) | Value::Expression(_) => Dynamic::UNIT,
     }
 }

@@ -49,11 +49,14 @@ fn every_wrong_script_says_what_is_wrong_where() {
     let folder = std::env::temp_dir().join(format!("reflet-wrong-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("tri.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let two = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl blue\nf 3 2 1\n";
+    std::fs::write(folder.join("two.obj"), two).unwrap();
     // One pixel.
     std::fs::write(folder.join("dot.ppm"), "P6 1 1 255\nabc").unwrap();
     let shown = folder.display().to_string();
     let mut cases = table(include_str!("wrong_scripts.txt"));
     cases.extend(table(include_str!("wrong_words.txt")));
+    cases.extend(table(include_str!("wrong_meshes.txt")));
     assert!(cases.len() >= 200, "{} cases", cases.len());
     let mut wrong = Vec::new();
     for case in &cases {

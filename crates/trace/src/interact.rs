@@ -3,6 +3,7 @@
 use fearless_simd::prelude::*;
 use reflet_accel::lanes::{F, LANES, M, V3, abs, dot, load3, rows3, sub};
 use reflet_accel::{Hits, Rays, solid};
+use reflet_pack::copies::facing;
 use reflet_pack::{Form, Geometry, ShapeKind};
 
 /// Points on surfaces, as columns padded to whole lanes; rows of rays that missed mean nothing.
@@ -55,7 +56,8 @@ impl Surfaces {
         for (lane, at) in (first..first + LANES).enumerate() {
             let code = hits.code[at];
             let Some(prim) = code.prim() else { continue };
-            let (kind, row) = g.shape[prim.index()];
+            let (slot, which) = g.slot_of(prim);
+            let (kind, row) = g.shape[slot.index()];
             let row = row as usize;
             let (anchor, normal) = match kind {
                 ShapeKind::Sphere => {
@@ -71,6 +73,11 @@ impl Surfaces {
                 ShapeKind::Triangle => {
                     s.offset[lane] = OFFSET;
                     (g.triangles.corners[0].get(row), g.triangles.normal.get(row))
+                }
+                ShapeKind::Copy => {
+                    s.offset[lane] = OFFSET;
+                    let points = g.copies[row].triangle(which);
+                    (points[0], facing(points).0)
                 }
                 ShapeKind::Solid => {
                     let solid = &g.solids.rows[row];

@@ -66,8 +66,7 @@ fn interpolated(columns: &Columns, (prim, surface): (PrimId, usize), p: [f32; 3]
     let data = &columns.surfaces.mesh[surface].as_ref()?.data;
     let first = columns.surfaces.range(surface).start;
     let corners = data.triangles.get(prim.index() - first)?;
-    let row = columns.geometry.shape[prim.index()].1 as usize;
-    let weights = weights(columns.geometry.triangles.points(row), p);
+    let weights = weights(columns.geometry.triangle(prim)?, p);
     let mut n = [0.0; 3];
     for (corner, weight) in corners.iter().zip(weights) {
         let own = wide(*data.normals.get(*corner as usize)?);

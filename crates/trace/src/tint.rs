@@ -121,11 +121,10 @@ impl Site<'_> {
         let data = &self.columns.surfaces.mesh[surface].as_ref()?.data;
         let first = self.columns.surfaces.range(surface).start;
         let corners = data.triangles.get(prim.index() - first)?;
-        let triangles = &self.columns.geometry.triangles;
-        let at = self.columns.geometry.shape[prim.index()].1 as usize;
+        let points = self.columns.geometry.triangle(prim)?;
         let p = [0, 1, 2].map(|k| self.points.p[k][row]);
         let mut uv = [0.0; 2];
-        for (corner, weight) in corners.iter().zip(smooth::weights(triangles.points(at), p)) {
+        for (corner, weight) in corners.iter().zip(smooth::weights(points, p)) {
             let own = data.uvs.get(*corner as usize)?;
             uv = [uv[0] + weight * f64::from(own[0]), uv[1] + weight * f64::from(own[1])];
         }

@@ -1,7 +1,9 @@
 //! Random scenes, and random edits of them.
 
+mod meshes;
+
 use glam::DVec3;
-use reflet_pack::{Overrides, Packer};
+use reflet_pack::{Overrides, Packer, Sharing};
 use reflet_scene::program::{Binary, Coordinate, Op, Unary};
 use reflet_scene::{
     Attenuation, Camera, Caps, Checker, Cuboid, Cylinder, Disc, Ellipsoid, Falloff, Group, Image,
@@ -55,6 +57,7 @@ pub struct Stage {
     solids: Vec<Key>,
     /// What is only shown through instances.
     tower: Key,
+    mesh: Key,
     /// Groups and instances.
     places: Vec<Key>,
     lights: Vec<Key>,
@@ -223,9 +226,12 @@ pub fn stage(dice: &mut Dice) -> Stage {
     let scale = DVec3::new(1.0, dice.range(0.5, 2.0), 1.0);
     let place = Place { translate: dice.point(1.5), scale, ..Place::default() };
     let copies = scene.spawn((place, Instance { of: group }));
-    let places = vec![copy, group, copies];
+    let meshes = meshes::spawn(&mut scene, dice, &materials);
+    let mut places = vec![copy, group, copies];
+    places.extend(meshes.places);
     scene.seal();
-    let packer = Packer::new(&scene, Overrides::default()).expect("a camera");
+    let sharing = [Sharing::Never, Sharing::Always][dice.below(2)];
+    let packer = Packer::sharing(&scene, Overrides::default(), sharing).expect("a camera");
     Stage {
         scene,
         packer,
@@ -236,13 +242,14 @@ pub fn stage(dice: &mut Dice) -> Stage {
         flats,
         solids,
         tower,
+        mesh: meshes.mesh,
         places,
         lights,
     }
 }
 
 /// How many kinds of edits there are.
-pub const EDITS: usize = 28;
+pub const EDITS: usize = 32;
 
 /// Edits a scene as a frame function would.
 pub fn edit(kind: usize, stage: &mut Stage, dice: &mut Dice) {
@@ -438,6 +445,7 @@ pub fn edit(kind: usize, stage: &mut Stage, dice: &mut Dice) {
             }
             s.set(stage.lights[4], projector);
         }
+        28..32 => meshes::edit(kind - 28, s, dice, (stage.mesh, &stage.materials)),
         _ => {
             let key = dice.pick(&stage.checkers);
             let mut c: Checker = s.get(key).expect("a checker");

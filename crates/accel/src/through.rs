@@ -1,0 +1,138 @@
+//! One ray through a copy of a mesh.
+
+use crate::copies::CopyBlock;
+use crate::count::{self, Counter};
+use crate::lanes::{F, LANES, RayLanes, greater, lesser};
+use crate::rays::Question;
+use crate::slab::LEAVE;
+use crate::tree::{Child, Node};
+use crate::visit::{Key, entry_of, key};
+use fearless_simd::prelude::*;
+
+/// The better of `found` and the closest hit of a ray (in all lanes) in a copy, or any. `near` says
+/// for each axis which row of a node holds the faces that the ray meets first; `keys` is what is
+/// left of the stack. (Not inlined: it is rare, and would make the walk above it long.)
+#[inline(never)]
+pub fn cast<S: Simd, C: Counter>(
+    simd: S,
+    copy: &CopyBlock,
+    (ray, near): (&RayLanes<S>, [usize; 3]),
+    question: Question,
+    found: (f32, u32),
+    keys: &mut [Key],
+    counter: &mut C,
+) -> (f32, u32) {
+    if copy.mesh.tree.nodes.is_empty() || copy.bounds().is_empty() {
+        return found;
+    }
+    simd.vectorize(
+        #[inline(always)]
+        || walk(simd, copy, (ray, near), question, found, keys, counter),
+    )
+}
+
+#[inline(always)]
+fn walk<S: Simd, C: Counter>(
+    simd: S,
+    copy: &CopyBlock,
+    (ray, near): (&RayLanes<S>, [usize; 3]),
+    question: Question,
+    mut found: (f32, u32),
+    keys: &mut [Key],
+    counter: &mut C,
+) -> (f32, u32) {
+    let mut top = 1;
+    keys[0] = key(0.0, Child::ROOT);
+    while top > 0 {
+        top -= 1;
+        if entry_of(keys[top]) > found.0 {
+            continue;
+        }
+        let end = F::splat(simd, found.0);
+        match Child(keys[top] as u32).target() {
+            Ok(index) => {
+                counter.node();
+                let node = &copy.mesh.tree.nodes[index];
+                let (entry, bits) = meet(simd, copy, node, (ray, near), end);
+                top = push(node, entry.as_slice(), bits, (keys, top));
+            }
+            Err((_, block)) => {
+                counter.kernel(|| count::prims_of(&copy.mesh.blocks.triangles, block));
+                let before = found;
+                found = test(simd, copy, block, ray, (found, end));
+                if question == Question::Any && found != before {
+                    return found;
+                }
+            }
+        }
+    }
+    found
+}
+
+/// Where the ray enters a node's children, and which of them it meets before `end`.
+#[inline(always)]
+fn meet<S: Simd>(
+    simd: S,
+    copy: &CopyBlock,
+    node: &Node,
+    (ray, near): (&RayLanes<S>, [usize; 3]),
+    end: F<S>,
+) -> (F<S>, u32) {
+    let boxes = copy.children(simd, node);
+    let mut entry = F::splat(simd, 0.0);
+    let mut exit = F::splat(simd, f32::INFINITY);
+    for (k, row) in near.into_iter().enumerate() {
+        let is_low = row < Node::HI;
+        let (first, last) =
+            if is_low { (boxes.lo[k], boxes.hi[k]) } else { (boxes.hi[k], boxes.lo[k]) };
+        entry = greater(simd, (first - ray.o[k]) * ray.inv[k], entry);
+        exit = lesser(simd, (last - ray.o[k]) * ray.inv[k], exit);
+    }
+    // An equal entry may still hold a tie with a lower id.
+    let exit = lesser(simd, exit * LEAVE, end);
+    (entry, entry.simd_le(exit).to_bitmask() as u32)
+}
+
+/// Puts children onto the stack, the farthest lowest; gives its top.
+#[inline(always)]
+fn push(node: &Node, entries: &[f32], mut bits: u32, (keys, bottom): (&mut [Key], usize)) -> usize {
+    let mut top = bottom;
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize % LANES;
+        bits &= bits - 1;
+        let child = key(entries[lane], node.child(lane));
+        let mut at = top;
+        while at > bottom && keys[at - 1] < child {
+            keys[at] = keys[at - 1];
+            at -= 1;
+        }
+        keys[at] = child;
+        top += 1;
+    }
+    top
+}
+
+/// The better of `best` and the closest hit in a leaf, its triangles put into the scene.
+#[inline(always)]
+fn test<S: Simd>(
+    simd: S,
+    copy: &CopyBlock,
+    block: usize,
+    ray: &RayLanes<S>,
+    (mut best, end): ((f32, u32), F<S>),
+) -> (f32, u32) {
+    let placed = copy.triangles(block);
+    let c = placed.test(simd, ray);
+    let mut bits = (c.hit & c.t.simd_le(end)).to_bitmask();
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize % LANES;
+        bits &= bits - 1;
+        let code = c.code.as_slice()[lane];
+        if let Some(t) = placed.enter(ray, lane, c.t.as_slice()[lane])
+            && (t < best.0 || (t == best.0 && code < best.1))
+        {
+            best = (t, code);
+        }
+    }
+    best
+}
