@@ -28,7 +28,7 @@
 //! | [`build`] | the tree by binned surface area |
 //! | [`copies`] | meshes that stand in the scene once more |
 //! | [`through`] | one ray through one of them |
-//! | [`visit`] | a node's children that a ray meets, nearest first |
+//! | [`visit`] | what a bundle has still to visit |
 //! | [`flights`] | many single rays at once |
 //! | [`order`] | a node's children in the order of a ray |
 //! | [`prefetch`] | memory asked for early |

@@ -1,4 +1,4 @@
-//! What a traversal has still to visit.
+//! What a traversal has still to visit, nearest first.
 
 use crate::tree::Child;
 
