@@ -12,7 +12,7 @@ use crate::blocks::{Block, Blocks, Shelf};
 use crate::bundle::{Bundle, RAYS};
 use crate::copies::CopyBlock;
 use crate::count::{self, Counter};
-use crate::lanes::{F, LANES, RayLanes, greater, lesser};
+use crate::lanes::{F, LANES, RayLanes, U, greater, lesser};
 use crate::order::{self, Packed};
 use crate::prefetch::{Ahead, prefetch};
 use crate::rays::Question;
@@ -43,32 +43,27 @@ const DONE: usize = Child::NONE.kind();
 /// lie within by a mask. No more is touched than a tree needs.
 const ROOM: usize = 1 << 16;
 
-/// What rays under way have still to visit: where they enter it, and what it is.
-#[derive(Clone)]
-#[repr(C, align(64))]
+/// Where the second column begins. Were the two a multiple of 4096 bytes apart, loads of the one
+/// would wait for stores into the other.
+const CHILDREN: usize = ROOM + 520;
+
+/// What rays under way have still to visit: where they enter it, by its bits, and what it is.
 pub struct Stacks {
-    entries: [f32; ROOM + LANES],
-    /// Were the two columns a multiple of 4096 bytes apart, loads of the one would wait for stores
-    /// into the other.
-    apart: [u32; 500],
-    children: [u32; ROOM + LANES],
-    /// How much of it a ray has.
+    words: Box<[u32; CHILDREN + ROOM + LANES]>,
+    /// How much of each column a ray has.
     share: usize,
 }
 
-impl Stacks {
-    /// No rays' stacks.
-    pub fn new() -> Box<Stacks> {
-        // (Box::new would make it on the stack first.)
-        let empty = Stacks {
-            entries: [0.0; ROOM + LANES],
-            apart: [0; 500],
-            children: [0; ROOM + LANES],
-            share: 0,
-        };
-        Box::new(empty)
+impl Default for Stacks {
+    fn default() -> Self {
+        match vec![0; CHILDREN + ROOM + LANES].try_into() {
+            Ok(words) => Stacks { words, share: 0 },
+            Err(_) => unreachable!("they are so many"),
+        }
     }
+}
 
+impl Stacks {
     /// Shares the room out for a tree. Shares lie close to each other: in a cache of few ways they
     /// would else compete for the same lines.
     ///
@@ -85,17 +80,31 @@ impl Stacks {
         self.share = share;
         for bottom in (0..FLIGHTS).map(|i| i * share) {
             // Nothing is entered as early as what lies at the bottom: it is always found.
-            self.entries[bottom..bottom + LANES].fill(f32::NEG_INFINITY);
-            self.children[bottom..bottom + LANES].fill(Child::NONE.0);
+            self.words[bottom..bottom + LANES].fill(f32::NEG_INFINITY.to_bits());
+            self.words[CHILDREN + bottom..][..LANES].fill(Child::NONE.0);
         }
     }
-}
 
-/// A place on the stacks from which on there are eight.
-#[inline(always)]
-fn place(at: u32) -> std::ops::Range<usize> {
-    let first = at as usize % ROOM;
-    first..first + LANES
+    /// Where the eight from some place on are entered.
+    #[inline(always)]
+    fn entries<S: Simd>(&self, simd: S, at: u32) -> F<S> {
+        let first = at as usize % ROOM;
+        F::from_bits(U::from_slice(simd, &self.words[first..first + LANES]))
+    }
+
+    /// What is at a place.
+    #[inline(always)]
+    fn child(&self, at: u32) -> Child {
+        Child(self.words[CHILDREN + at as usize % ROOM])
+    }
+
+    /// Writes eight.
+    #[inline(always)]
+    fn put(&mut self, at: u32, entries: &[u32; LANES], children: &[u32; LANES]) {
+        let first = at as usize % ROOM;
+        self.words[first..first + LANES].copy_from_slice(entries);
+        self.words[CHILDREN + first..CHILDREN + first + LANES].copy_from_slice(children);
+    }
 }
 
 /// Where rays under way are.
@@ -259,8 +268,7 @@ fn visit<S: Simd>(
     let order = node.order(usize::from(near[3]));
     let met: Packed = order::pack(simd, entry, entry.simd_le(exit), node.children(), order);
     let top = f.top[i];
-    stacks.entries[place(top)].copy_from_slice(&met.entries);
-    stacks.children[place(top)].copy_from_slice(&met.children);
+    stacks.put(top, &met.entries, &met.children);
     f.top[i] = top + met.count;
 }
 
@@ -401,14 +409,13 @@ fn go_on<S: Simd>(
     let mut top = f.top[i];
     let met = loop {
         top = top.wrapping_sub(LANES as u32);
-        let some = F::from_slice(simd, &stacks.entries[place(top)]);
-        let met = some.simd_le(end).to_bitmask() as u32;
+        let met = stacks.entries(simd, top).simd_le(end).to_bitmask() as u32;
         if met != 0 {
             break met;
         }
     };
     top += met.ilog2();
-    let next = Child(stacks.children[place(top)][0]);
+    let next = stacks.child(top);
     (f.top[i], f.next[i]) = (top, next);
     f.put(i, ahead.ask_for(next));
 }

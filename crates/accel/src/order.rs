@@ -11,8 +11,8 @@ use reflet_pack::Aabb;
 
 /// Lanes that are packed, and how many; all above are anything.
 pub struct Packed {
-    /// Where children are entered.
-    pub entries: [f32; LANES],
+    /// Where children are entered, by its bits.
+    pub entries: [u32; LANES],
     /// What they are.
     pub children: [u32; LANES],
     /// How many are met.
@@ -59,13 +59,14 @@ pub fn pack<S: Simd>(
     if let Some(avx2) = simd.level().as_avx2() {
         let mut bits = [0; LANES];
         met.to_vector().store_slice(&mut bits);
-        let mut entries = [0.0; LANES];
-        entry.store_slice(&mut entries);
+        let mut entries = [0; LANES];
+        entry.to_bits().store_slice(&mut entries);
         return avx2::pack(avx2, entries, bits, *children, order);
     }
     let _ = simd;
-    let (entry, bits) = (entry.as_slice(), met.to_bitmask());
-    let mut packed = Packed { entries: [0.0; LANES], children: [0; LANES], count: 0 };
+    let (entry, bits) = (entry.to_bits(), met.to_bitmask());
+    let entry = entry.as_slice();
+    let mut packed = Packed { entries: [0; LANES], children: [0; LANES], count: 0 };
     for i in 0..LANES {
         let lane = (order >> (3 * i)) as usize % LANES;
         let to = packed.count as usize % LANES;
@@ -78,7 +79,7 @@ pub fn pack<S: Simd>(
 #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
 mod avx2 {
     use super::{LANES, Packed};
-    use fearless_simd::{f32x8, i32x8, prelude::*, u32x8};
+    use fearless_simd::{i32x8, prelude::*, u32x8};
     #[cfg(target_arch = "x86")]
     use std::arch::x86::*;
     #[cfg(target_arch = "x86_64")]
@@ -106,12 +107,12 @@ mod avx2 {
         #[inline(always)]
         pub fn pack(
             avx2: Avx2,
-            entries: [f32; LANES],
+            entries: [u32; LANES],
             met: [i32; LANES],
             children: [u32; LANES],
             order: u32,
         ) -> Packed {
-            let entries: __m256 = f32x8::from_slice(avx2, &entries).into();
+            let entries: __m256i = u32x8::from_slice(avx2, &entries).into();
             let met: __m256i = i32x8::from_slice(avx2, &met).into();
             let children: __m256i = u32x8::from_slice(avx2, &children).into();
             let shifts = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
@@ -121,7 +122,7 @@ mod avx2 {
             let set = _mm256_movemask_ps(_mm256_castsi256_ps(met)) as usize % 256;
             let members: __m256i = u32x8::from_slice(avx2, &MEMBERS[set]).into();
             let order = _mm256_permutevar8x32_epi32(order, members);
-            let entries: f32x8<_> = _mm256_permutevar8x32_ps(entries, order).simd_into(avx2);
+            let entries: u32x8<_> = _mm256_permutevar8x32_epi32(entries, order).simd_into(avx2);
             let children: u32x8<_> = _mm256_permutevar8x32_epi32(children, order).simd_into(avx2);
             Packed { entries: entries.into(), children: children.into(), count: set.count_ones() }
         }

@@ -77,6 +77,8 @@ impl Ahead {
                 unsafe { _mm_prefetch::<_MM_HINT_T0>(at) };
             }
         }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = (rows.first, rows.size);
         rows.kind as usize
     }
 }

@@ -54,7 +54,7 @@ pub struct Memory {
     taken: Box<Bundle>,
     some: Box<Bundle>,
     stack: Vec<Key>,
-    stacks: Option<Box<Stacks>>,
+    stacks: Option<Stacks>,
 }
 
 /// Casts all rays; `t` and `code` hold their ends and no code, and get their hits.
@@ -76,7 +76,7 @@ pub fn cast<S: Simd, C: Counter>(
     let Memory { taken, some, stack, stacks } = memory;
     let depth = what.tree.depth + what.below.depth;
     stack.resize(stack.len().max(LANES * (depth + 2)), 0);
-    let stacks = stacks.get_or_insert_with(Stacks::new);
+    let stacks = stacks.get_or_insert_default();
     stacks.fit(what.tree);
     for first in (0..rays.len()).step_by(RAYS) {
         // Those rays that go through the tree alone.
