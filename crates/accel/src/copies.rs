@@ -198,16 +198,16 @@ impl CopyBlock {
         self.faces(simd, &frame.boxes(simd))
     }
 
-    /// A leaf's triangles in the scene, as if they were stored.
+    /// Puts a leaf's triangles into the scene, as if they were stored.
     #[inline(always)]
-    pub fn triangles(&self, block: usize) -> PlacedTriangles {
+    pub fn place_leaf(&self, block: usize, out: &mut PlacedTriangles) {
         let own = &self.mesh.blocks.triangles.blocks[block];
-        PlacedTriangles(own.moved(&self.world, self.code[0] - HitCode::FIRST.0))
+        own.put_into(&self.world, self.code[0] - HitCode::FIRST.0, &mut out.0);
     }
 }
 
 /// Triangles of a copy on their way through kernels.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct PlacedTriangles(TriangleBlock);
 
 impl PlacedTriangles {
@@ -239,10 +239,9 @@ impl PlacedTriangles {
 }
 
 impl TriangleBlock {
-    /// The same triangles put elsewhere, their codes raised.
+    /// Puts the same triangles elsewhere, their codes raised.
     #[inline(always)]
-    fn moved(&self, world: &World, code: u32) -> TriangleBlock {
-        let mut out = self.clone();
+    fn put_into(&self, world: &World, code: u32, out: &mut TriangleBlock) {
         for corner in 0..3 {
             let (from, to) = (self.corner(corner), out.corner_mut(corner));
             for lane in 0..LANES {
@@ -252,10 +251,9 @@ impl TriangleBlock {
                 to[2][lane] = p[2];
             }
         }
-        for to in out.codes_mut() {
-            *to = if *to == NO_PRIM.0 { *to } else { *to + code };
+        for (to, own) in out.codes_mut().iter_mut().zip(self.codes()) {
+            *to = if *own == NO_PRIM.0 { *own } else { *own + code };
         }
-        out
     }
 }
 

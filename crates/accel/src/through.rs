@@ -1,6 +1,6 @@
 //! One ray through a copy of a mesh.
 
-use crate::copies::CopyBlock;
+use crate::copies::{CopyBlock, PlacedTriangles};
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, RayLanes, greater, lesser};
 use crate::rays::Question;
@@ -41,6 +41,7 @@ fn walk<S: Simd, C: Counter>(
     keys: &mut [Key],
     counter: &mut C,
 ) -> (f32, u32) {
+    let mut placed = PlacedTriangles::default();
     let mut top = 1;
     keys[0] = key(0.0, Child::ROOT);
     while top > 0 {
@@ -59,7 +60,7 @@ fn walk<S: Simd, C: Counter>(
             Err((_, block)) => {
                 counter.kernel(|| count::prims_of(&copy.mesh.blocks.triangles, block));
                 let before = found;
-                found = test(simd, copy, block, ray, (found, end));
+                found = test(simd, copy, block, ray, (found, end), &mut placed);
                 if question == Question::Any && found != before {
                     return found;
                 }
@@ -120,8 +121,9 @@ fn test<S: Simd>(
     block: usize,
     ray: &RayLanes<S>,
     (mut best, end): ((f32, u32), F<S>),
+    placed: &mut PlacedTriangles,
 ) -> (f32, u32) {
-    let placed = copy.triangles(block);
+    copy.place_leaf(block, placed);
     let c = placed.test(simd, ray);
     let mut bits = (c.hit & c.t.simd_le(end)).to_bitmask();
     while bits != 0 {

@@ -4,7 +4,7 @@
 
 use crate::blocks::{Block, Blocks, Shelf};
 use crate::bundle::Bundle;
-use crate::copies::CopyBlock;
+use crate::copies::{CopyBlock, PlacedTriangles};
 use crate::count::{self, Counter};
 use crate::kernels::Candidate;
 use crate::lanes::{F, LANES, RayLanes, U, splat3};
@@ -175,7 +175,8 @@ impl<S: Simd> Space<S> for &CopyBlock {
         if prims == 0 {
             return;
         }
-        let placed = self.triangles(block);
+        let mut placed = PlacedTriangles::default();
+        self.place_leaf(block, &mut placed);
         while prims != 0 {
             let lane = prims.trailing_zeros() as usize % LANES;
             prims &= prims - 1;
