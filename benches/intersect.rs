@@ -19,7 +19,9 @@ fn main() {
             for (n, structure) in [(16, Structure::List), (100_000, Structure::Tree)] {
                 let (scene, _) = scenes::random_scene(shape, n);
                 let packer = scenes::packed(&scene);
-                for (kind, stream) in [("camera", Stream::Camera), ("random", Stream::Random)] {
+                let streams =
+                    [("camera", Stream::Camera), ("random", Stream::Random), ("odd", Stream::Odd)];
+                for (kind, stream) in streams {
                     let name = format!("{n}-{name}/{structure:?}/{kind}").to_lowercase();
                     measure(criterion, &name, packer.columns(), structure, stream);
                 }

@@ -96,7 +96,12 @@ pub enum Stream {
     Camera,
     /// From anywhere in the cube to anywhere.
     Random,
+    /// The same, but each with something the matter: a NaN, an infinity, a zero or a denormal.
+    Odd,
 }
+
+/// What is the matter with odd rays.
+const BAD: [f32; 6] = [f32::NAN, f32::INFINITY, 0.0, -0.0, 1e-40, f32::MAX];
 
 const EDGE: u32 = 128;
 
@@ -107,17 +112,28 @@ pub fn rays(columns: &Columns, stream: Stream, t_max: f32) -> Rays {
     let view = &columns.view;
     let [width, height] = view.size.map(f64::from);
     for i in 0..EDGE * EDGE {
-        let (origin, dir) = match stream {
+        let (mut origin, mut dir) = match stream {
             Stream::Camera => {
                 let [x, y] = [i % EDGE, i / EDGE].map(|k| (f64::from(k) + 0.5) / f64::from(EDGE));
                 view.ray(x * width, y * height)
             }
-            Stream::Random => {
+            Stream::Random | Stream::Odd => {
                 let from = within(&mut random, ROOM);
                 let way = (within(&mut random, ROOM) - from).normalize();
                 (from.to_array().map(|x| x as f32), way.to_array().map(|x| x as f32))
             }
         };
+        if let Stream::Odd = stream {
+            let bad = BAD[i as usize / 6 % BAD.len()];
+            match i % 6 {
+                0 => dir[0] = bad,
+                1 => dir = [bad; 3],
+                2 => origin[1] = bad,
+                3 => (dir[1], dir[2]) = (bad, bad),
+                4 => dir = dir.map(|x| x * 1e-20),
+                _ => dir = dir.map(|x| x * 1e-30),
+            }
+        }
         rays.push(origin, dir, t_max, HitCode::NONE);
     }
     rays.pad();

@@ -283,6 +283,7 @@ impl<S: Simd> Planter<S> {
                 inner.push((lane, branch));
             }
         }
+        part.nodes[index].set_order();
         if inner.iter().map(|(_, b)| b.items.len()).sum::<usize>() > PARALLEL {
             let grow = |(lane, branch)| {
                 let mut part = Part::default();

@@ -144,19 +144,36 @@ impl Bundle {
         self.class[slot] != NO_CLASS && self.t[slot] > 0.0
     }
 
+    /// A bit for each ray that can hit anything, or anything more.
+    #[inline(always)]
+    pub fn castable<S: Simd>(&self, simd: S) -> u64 {
+        let (zero, none) = (F::splat(simd, 0.0), U::splat(simd, NO_CLASS));
+        let mut all = 0;
+        for at in (0..RAYS).step_by(LANES) {
+            let t = F::from_slice(simd, &self.t[at..at + LANES]);
+            let class = U::from_slice(simd, &self.class[at..at + LANES]);
+            let can = t.simd_gt(zero) & !class.simd_eq(none);
+            all |= can.to_bitmask() << at;
+        }
+        // The rest is left over from rays before.
+        all & (u64::MAX >> (RAYS - self.len))
+    }
+
     /// One ray in all lanes.
     #[inline(always)]
     pub fn splat<S: Simd>(&self, simd: S, slot: usize) -> RayLanes<S> {
         let slot = slot % RAYS;
         let at = |c: &[f32; RAYS]| F::splat(simd, c[slot]);
+        let turn = TURN[(self.class[slot] >> 1) as usize % 3];
         RayLanes {
             o: [at(&self.o[0]), at(&self.o[1]), at(&self.o[2])],
             d: [at(&self.d[0]), at(&self.d[1]), at(&self.d[2])],
             start: at(&self.start),
             inv: [at(&self.inv[0]), at(&self.inv[1]), at(&self.inv[2])],
             last: U::splat(simd, self.last[slot]),
-            turn: TURN[(self.class[slot] >> 1) as usize % 3],
+            turn,
             shear: [at(&self.shear[0]), at(&self.shear[1]), at(&self.shear[2])],
+            turned: [at(&self.o[turn[0]]), at(&self.o[turn[1]]), at(&self.o[turn[2]])],
         }
     }
 
@@ -175,6 +192,13 @@ impl Bundle {
     pub fn near(&self, slot: usize) -> [usize; 3] {
         let row = |k: usize| k + Node::HI * usize::from(self.inv[k][slot] < 0.0);
         [row(0), row(1), row(2)]
+    }
+
+    /// The octant of a ray's direction: bit k is set if it is negative along axis k.
+    #[inline(always)]
+    pub fn octant(&self, slot: usize) -> usize {
+        let bit = |k: usize| usize::from(self.inv[k][slot] < 0.0) << k;
+        bit(0) | bit(1) | bit(2)
     }
 
     /// Whether rays that are looked at as a sample start far from each other or run apart.
@@ -226,14 +250,16 @@ impl Bundle {
     pub fn lanes<S: Simd>(&self, simd: S, group: usize) -> RayLanes<S> {
         let at = group * LANES..(group + 1) * LANES;
         let at = |c: &[f32; RAYS]| F::from_slice(simd, &c[at.clone()]);
+        let turn = self.turn;
         RayLanes {
             o: [at(&self.o[0]), at(&self.o[1]), at(&self.o[2])],
             d: [at(&self.d[0]), at(&self.d[1]), at(&self.d[2])],
             start: at(&self.start),
             inv: [at(&self.inv[0]), at(&self.inv[1]), at(&self.inv[2])],
             last: U::from_slice(simd, &self.last[group * LANES..(group + 1) * LANES]),
-            turn: self.turn,
+            turn,
             shear: [at(&self.shear[0]), at(&self.shear[1]), at(&self.shear[2])],
+            turned: [at(&self.o[turn[0]]), at(&self.o[turn[1]]), at(&self.o[turn[2]])],
         }
     }
 }

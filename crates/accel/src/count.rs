@@ -5,10 +5,9 @@
 //! ([`Accel::count`](crate::Accel::count)). Every level visits the same nodes and blocks in the same
 //! order, since all that decides it is one sequence of IEEE operations.
 
-use crate::blocks::Blocks;
+use crate::blocks::{Block, Shelf};
 use crate::bundle::Bundle;
 use crate::lanes::{LANES, NO_PRIM};
-use reflet_pack::ShapeKind;
 
 /// Told of each step of a traversal.
 pub trait Counter {
@@ -71,8 +70,8 @@ impl Counter for Work {
 }
 
 /// How many primitives a block holds.
-pub fn prims_of(blocks: &Blocks, kind: ShapeKind, block: usize) -> usize {
-    blocks.codes(kind, block).iter().filter(|code| **code != NO_PRIM.0).count()
+pub fn prims_of<B: Block>(shelf: &Shelf<B>, block: usize) -> usize {
+    shelf.blocks[block].codes().iter().filter(|code| **code != NO_PRIM.0).count()
 }
 
 /// How many rays of a group are there, and not done with.

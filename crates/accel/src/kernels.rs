@@ -42,9 +42,6 @@ pub fn sphere<S: Simd>(simd: S, ray: &RayLanes<S>, s: &SphereLanes<S>) -> Candid
     let across = [l[0] - b * ray.d[0], l[1] - b * ray.d[1], l[2] - b * ray.d[2]];
     let disc = s.radius * s.radius - dot(across, across);
     let meets = disc.simd_ge(zero);
-    if !meets.any_true() {
-        return Candidate { t: b, hit: meets, code: s.code };
-    }
     let root = disc.sqrt();
     let (near, far) = (b - root, b + root);
     // The surface left apart from its side, and that side.
@@ -95,7 +92,7 @@ pub struct QuadLanes<S: Simd> {
 #[inline(always)]
 pub fn quad<S: Simd>(simd: S, ray: &RayLanes<S>, q: &QuadLanes<S>) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
-    let o = ray.turned_origin();
+    let o = ray.turned;
     let a = sheared(ray, sub(q.corners[0], o));
     let b = sheared(ray, sub(q.corners[1], o));
     let c = sheared(ray, sub(q.corners[2], o));
@@ -130,7 +127,7 @@ pub struct TriangleLanes<S: Simd> {
 #[inline(always)]
 pub fn triangle<S: Simd>(simd: S, ray: &RayLanes<S>, tri: &TriangleLanes<S>) -> Candidate<S> {
     let zero = F::splat(simd, 0.0);
-    let o = ray.turned_origin();
+    let o = ray.turned;
     let (pa, pb, pc) = (sub(tri.corners[0], o), sub(tri.corners[1], o), sub(tri.corners[2], o));
     let (a, b, c) = (sheared(ray, pa), sheared(ray, pb), sheared(ray, pc));
     let (u, v, w) = (edge(c, b), edge(a, c), edge(b, a));

@@ -157,6 +157,7 @@ fn along<S: Simd>(simd: S, rays: &Rays, first: usize, axis: usize) -> RayLanes<S
         last: U::from_slice(simd, &last),
         turn,
         shear: [d[turn[0]] / long, d[turn[1]] / long, one / long],
+        turned: [o[turn[0]], o[turn[1]], o[turn[2]]],
     }
 }
 

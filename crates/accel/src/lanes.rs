@@ -69,14 +69,8 @@ pub struct RayLanes<S: Simd> {
     pub turn: [usize; 3],
     /// How far x and y shear per unit of the longest axis, and its own scale.
     pub shear: V3<S>,
-}
-
-impl<S: Simd> RayLanes<S> {
     /// The origins with the longest axis third.
-    #[inline(always)]
-    pub fn turned_origin(&self) -> V3<S> {
-        [self.o[self.turn[0]], self.o[self.turn[1]], self.o[self.turn[2]]]
-    }
+    pub turned: V3<S>,
 }
 
 /// `a` where it is greater, else `b`: also where either is a NaN, and where both are zeros. Where

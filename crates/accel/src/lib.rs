@@ -29,9 +29,9 @@
 //! | [`build`] | the tree by binned surface area |
 //! | [`copies`] | meshes that stand in the scene once more |
 //! | [`through`] | one ray through one of them |
-//! | [`visit`] | a node's children that a ray meets, nearest first |
-//! | [`bvh`] | one ray through the tree |
-//! | [`flights`] | several single rays at once |
+//! | [`visit`] | what a bundle has still to visit |
+//! | [`flights`] | many single rays at once |
+//! | [`order`] | a node's children in the order of a ray |
 //! | [`prefetch`] | memory asked for early |
 //! | [`count`] | what a cast takes, counted |
 //! | [`bundle`] | rays that run together |
@@ -47,7 +47,6 @@ pub mod blocks;
 pub mod brute;
 pub mod build;
 pub mod bundle;
-pub mod bvh;
 pub mod copies;
 pub mod count;
 pub mod flights;
@@ -56,6 +55,7 @@ pub mod isa;
 pub mod kernels;
 pub mod known;
 pub mod lanes;
+pub mod order;
 pub mod prefetch;
 pub mod rays;
 pub mod refit;

@@ -107,6 +107,7 @@ impl Places {
         }
         // Nodes stand before those below them: from the last to the first.
         while let Some(node) = dirty.pop_last() {
+            tree.nodes[node].set_order();
             if node == 0 {
                 break;
             }

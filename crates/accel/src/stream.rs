@@ -3,9 +3,8 @@
 
 use crate::blocks::Blocks;
 use crate::bundle::{Bundle, NO_CLASS, RAYS};
-use crate::bvh;
 use crate::count::Counter;
-use crate::flights;
+use crate::flights::{self, Stacks};
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Question, Rays};
 use crate::tile;
@@ -45,9 +44,7 @@ pub enum Way {
     Auto,
     /// In bundles, culled by their frusta.
     Bundles,
-    /// One after the other.
-    Singly,
-    /// Each on its own, several under way at once.
+    /// Each on its own, many under way at once.
     Flights,
 }
 
@@ -57,6 +54,7 @@ pub struct Memory {
     taken: Box<Bundle>,
     some: Box<Bundle>,
     stack: Vec<Key>,
+    stacks: Option<Stacks>,
 }
 
 /// Casts all rays; `t` and `code` hold their ends and no code, and get their hits.
@@ -75,16 +73,23 @@ pub fn cast<S: Simd, C: Counter>(
         return;
     }
     let limits = Limits::of(what, question);
-    let Memory { taken, some, stack } = memory;
-    stack.resize(stack.len().max(flights::stack_len(what.tree.depth + what.below.depth)), 0);
+    let Memory { taken, some, stack, stacks } = memory;
+    let depth = what.tree.depth + what.below.depth;
+    stack.resize(stack.len().max(LANES * (depth + 2)), 0);
+    let stacks = stacks.get_or_insert_default();
+    stacks.fit(what.tree);
     for first in (0..rays.len()).step_by(RAYS) {
+        // Those rays that go through the tree alone.
+        let mut alone = 0;
         if taken.take(simd, rays, first).is_some() {
             taken.bound(simd, question);
-            cast_bundle(simd, (what, limits), question, taken, stack, counter);
+            if !cast_bundle(simd, (what, limits), question, taken, stack, counter) {
+                alone = taken.castable(simd);
+            }
         } else if what.list.is_empty()
             && (taken.is_strewn(limits.strewn) || taken.is_scattered(limits.apart, limits.spread))
         {
-            cast_singly(simd, what, question, taken, stack, counter);
+            alone = taken.castable(simd);
         } else {
             let mut slots = [[0u8; RAYS]; NO_CLASS as usize + 1];
             let mut counts = [0; NO_CLASS as usize + 1];
@@ -98,13 +103,18 @@ pub fn cast<S: Simd, C: Counter>(
                     let slots = &slots[..count];
                     some.select(taken, slots);
                     some.bound(simd, question);
-                    cast_bundle(simd, (what, limits), question, some, stack, counter);
+                    let through = cast_bundle(simd, (what, limits), question, some, stack, counter);
                     for (i, slot) in slots.iter().enumerate() {
                         let slot = usize::from(*slot) % RAYS;
                         (taken.t[slot], taken.code[slot]) = (some.t[i], some.code[i]);
+                        alone |= u64::from(!through && taken.is_castable(slot)) << slot;
                     }
                 }
             }
+        }
+        if alone != 0 {
+            let tree = (what.tree, what.leaves);
+            flights::cast(simd, tree, (taken, alone), question, (stacks, stack), counter);
         }
         let len = taken.len;
         t[first..first + len].copy_from_slice(&taken.t[..len]);
@@ -133,7 +143,7 @@ impl Limits {
                 let all = f32::INFINITY;
                 return Limits { apart: all, spread: all, strewn: all };
             }
-            Way::Singly | Way::Flights => {
+            Way::Flights => {
                 return Limits { apart: -1.0, spread: -1.0, strewn: -1.0 };
             }
         }
@@ -153,38 +163,10 @@ impl Limits {
     }
 }
 
-/// Trees of fewer nodes stay in the cache, more or less, and then rays are quicker one by one.
-const LARGE: usize = 2048;
-
 /// From this part of the tree's extent on, rays start so far apart that they have nothing in common.
 const STREWN: f32 = 0.05;
 
-/// Casts rays one by one.
-#[inline(always)]
-fn cast_singly<S: Simd, C: Counter>(
-    simd: S,
-    what: Structures<'_>,
-    question: Question,
-    bundle: &mut Bundle,
-    stack: &mut [Key],
-    counter: &mut C,
-) {
-    let leaves = (what.tree, what.leaves);
-    let flies = match what.way {
-        Way::Auto | Way::Bundles => {
-            what.tree.nodes.len() > LARGE && bundle.is_strewn(STREWN * what.tree.extent)
-        }
-        Way::Singly => false,
-        Way::Flights => true,
-    };
-    if flies {
-        flights::cast(simd, leaves, bundle, question, stack, counter);
-    } else {
-        bvh::cast(simd, leaves, bundle, question, stack, counter);
-    }
-}
-
-/// Casts a bundle of one class.
+/// Casts a bundle of one class; `false` if its rays are yet to go through the tree, each alone.
 #[inline(always)]
 fn cast_bundle<S: Simd, C: Counter>(
     simd: S,
@@ -193,14 +175,15 @@ fn cast_bundle<S: Simd, C: Counter>(
     bundle: &mut Bundle,
     stack: &mut [Key],
     counter: &mut C,
-) {
+) -> bool {
     tile::cast_at_list(simd, what.list, bundle, question, stack, counter);
-    if !what.tree.nodes.is_empty() {
-        let (slopes, origins) = bundle.spread();
-        if slopes < limits.spread && origins < limits.apart && bundle.len > LANES {
-            tile::cast(simd, (what.tree, what.leaves), bundle, question, stack, counter);
-        } else {
-            cast_singly(simd, what, question, bundle, stack, counter);
-        }
+    if what.tree.nodes.is_empty() {
+        return true;
     }
+    let (slopes, origins) = bundle.spread();
+    let runs = slopes < limits.spread && origins < limits.apart && bundle.len > LANES;
+    if runs {
+        tile::cast(simd, (what.tree, what.leaves), bundle, question, stack, counter);
+    }
+    runs
 }

@@ -57,8 +57,8 @@ fn walk<S: Simd, C: Counter>(
                 let (entry, bits) = meet(simd, copy, node, (ray, near), end);
                 top = push(node, entry.as_slice(), bits, (keys, top));
             }
-            Err((kind, block)) => {
-                counter.kernel(|| count::prims_of(&copy.mesh.blocks, kind, block));
+            Err((_, block)) => {
+                counter.kernel(|| count::prims_of(&copy.mesh.blocks.triangles, block));
                 let before = found;
                 found = test(simd, copy, block, ray, (found, end), &mut placed);
                 if question == Question::Any && found != before {

@@ -1,12 +1,13 @@
 //! The tree: nodes of eight boxes.
 
 use crate::lanes::{F, LANES, U};
+use crate::order::{Order, orders};
 use fearless_simd::prelude::*;
 use reflet_pack::{Aabb, ShapeKind};
 
 /// An inner node: the boxes of eight children in lanes, four cache lines. Its rows are the least x,
-/// y, z of each child, what each child is, and the greatest x, y, z, so that a bit of a row's number
-/// tells the near face from the far one; floats are kept by their bits.
+/// y, z of each child, what each child is, the greatest x, y, z, so that a bit of a row's number tells
+/// the near face from the far one, and the orders of the octants; floats are kept by their bits.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct Node {
@@ -17,6 +18,7 @@ impl Node {
     /// The row of the greatest x; that of the least is 0.
     pub const HI: usize = 4;
     const CHILD: usize = 3;
+    const ORDER: usize = 7;
 
     pub(crate) fn empty() -> Node {
         let mut node = Node { rows: [[Child::NONE.0; LANES]; 8] };
@@ -34,6 +36,23 @@ impl Node {
     #[inline(always)]
     pub fn child(&self, lane: usize) -> Child {
         Child(self.rows[Self::CHILD][lane % LANES])
+    }
+
+    /// All children.
+    #[inline(always)]
+    pub fn children(&self) -> &[u32; LANES] {
+        &self.rows[Self::CHILD]
+    }
+
+    /// The order in which rays of an octant visit the children.
+    #[inline(always)]
+    pub fn order(&self, octant: usize) -> Order {
+        self.rows[Self::ORDER][octant % LANES]
+    }
+
+    /// Finds the orders anew, from where the children's boxes are.
+    pub(crate) fn set_order(&mut self) {
+        self.rows[Self::ORDER] = orders(&std::array::from_fn(|lane| self.bounds(lane)));
     }
 
     pub(crate) fn set_child(&mut self, lane: usize, child: Child) {
@@ -78,6 +97,8 @@ impl Child {
     pub const NONE: Child = Child(u32::MAX);
     /// The first node.
     pub const ROOT: Child = Child(0);
+    /// How many kinds [`Child::kind`] tells apart.
+    pub const KINDS: usize = 16;
     const LEAF: u32 = 1 << 31;
     const KIND: u32 = 28;
 
@@ -85,13 +106,25 @@ impl Child {
         Child(index as u32)
     }
 
-    pub(crate) fn block(kind: ShapeKind, index: usize) -> Child {
+    pub(crate) const fn block(kind: ShapeKind, index: usize) -> Child {
         Child(Self::LEAF | (kind as u32) << Self::KIND | index as u32)
+    }
+
+    /// A number for its kind: below half of [`Child::KINDS`] a node, above a leaf, or none.
+    #[inline(always)]
+    pub const fn kind(self) -> usize {
+        (self.0 >> Self::KIND) as usize
     }
 
     /// Whether there is no child.
     pub fn is_none(self) -> bool {
         self == Self::NONE
+    }
+
+    /// The index of the node or block among those of its kind; anything if there is no child.
+    #[inline(always)]
+    pub(crate) fn index(self) -> usize {
+        (self.0 & ((1 << Self::KIND) - 1)) as usize
     }
 
     /// The node's index, or the kind and index of the block.

@@ -60,7 +60,7 @@ fn every_level_takes_the_same_steps_to_the_same_hits() {
         let geometry = geometry(n);
         let level = Isa::Auto.level().unwrap();
         let mut accel = Accel::build(&geometry, level, structure);
-        for way in [Way::Auto, Way::Bundles, Way::Singly, Way::Flights] {
+        for way in [Way::Auto, Way::Bundles, Way::Flights] {
             accel.cast_by(way);
             for (rays, question) in
                 streams.iter().flat_map(|r| [Question::Closest, Question::Any].map(|q| (r, q)))
@@ -101,7 +101,7 @@ fn a_ray_alone_is_held_against_the_primitives_of_a_block() {
         geometry.push_sphere([0.0, 0.0, z], 1.0);
     }
     let mut accel = Accel::build(&geometry, Isa::Scalar.level().unwrap(), Structure::Tree);
-    accel.cast_by(Way::Singly);
+    accel.cast_by(Way::Flights);
     let mut rays = Rays::default();
     rays.push([0.0, 0.0, 5.0], [0.0, 0.0, -1.0], f32::INFINITY, HitCode::NONE);
     rays.pad();
@@ -110,4 +110,26 @@ fn a_ray_alone_is_held_against_the_primitives_of_a_block() {
     assert_eq!(work, Work { nodes: 1, kernels: 1, tests: 3 });
     assert_eq!(work.occupancy(), 3.0 / 8.0);
     assert_eq!(work.steps(), 4);
+}
+
+/// Balls in a row are behind each other for a ray along it: whichever way it runs, it needs no
+/// more than the leaf that it meets first. A row along a diagonal, so that each octant counts.
+#[test]
+fn rays_alone_visit_what_is_nearest_first() {
+    let (mut scratch, mut hits) = (Scratch::default(), Hits::default());
+    for octant in 0..8 {
+        let sign = [0, 1, 2].map(|k| if octant >> k & 1 == 1 { -1.0 } else { 1.0 });
+        let mut geometry = Geometry::default();
+        for i in 0..64 {
+            geometry.push_sphere(sign.map(|s| s * (i as f32 - 31.5)), 0.25);
+        }
+        let mut accel = Accel::build(&geometry, Isa::Scalar.level().unwrap(), Structure::Tree);
+        accel.cast_by(Way::Flights);
+        let mut rays = Rays::default();
+        let dir = sign.map(|s| s / 3f32.sqrt());
+        rays.push(sign.map(|s| s * -40.0), dir, f32::INFINITY, HitCode::NONE);
+        rays.pad();
+        let work = accel.count(&rays, Question::Closest, &mut hits, &mut scratch);
+        assert_eq!((hits.code[0].prim().map(|p| p.0), work.kernels), (Some(0), 1), "{octant}");
+    }
 }
