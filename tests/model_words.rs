@@ -19,6 +19,7 @@ oracle::hold::families! {
     shaders_on_any_shape: words::SHADERS,
     suns_projectors_and_falloffs: words::LAMPS,
     parallel_rays: words::ORTHO,
+    meshes_of_each_format: words::MESHES,
     everything_mixed: words::MIXED,
 }
 

@@ -113,7 +113,7 @@ impl Draw {
     pub fn checker(&mut self, scene: &mut Scene, normal: Vec3, low: f64, high: f64) -> Wears {
         let index = |wears| match wears {
             Wears::Material(i) => i,
-            Wears::Checker(_) | Wears::Pattern(_) => {
+            Wears::Checker(_) | Wears::Pattern(_) | Wears::File => {
                 unreachable!("materials are drawn as materials")
             }
         };

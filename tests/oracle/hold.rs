@@ -5,6 +5,7 @@
 use super::binary::{folder, render};
 use super::compare::{Verdict, compare};
 use super::families::Family;
+use super::scene::Shape;
 use super::script::script;
 use super::view::picture;
 
@@ -19,6 +20,17 @@ fn hold(family: Family, seed: u64) -> Result<Verdict, String> {
     for texture in &scene.textures {
         texture.write(&folder);
     }
+    let meshes: Vec<_> = scene
+        .surfaces
+        .iter()
+        .filter_map(|s| match s.shape {
+            Shape::Mesh { mesh } => Some(mesh),
+            _ => None,
+        })
+        .collect();
+    for mesh in &meshes {
+        mesh.write(&folder);
+    }
     let threads = (1 + seed % 3).to_string();
     let text = script(&scene);
     let held = render(&path, &text, &["--threads", &threads])
@@ -26,6 +38,9 @@ fn hold(family: Family, seed: u64) -> Result<Verdict, String> {
     match held {
         Ok(verdict) => {
             for file in scene.textures.iter().map(|t| folder.join(&t.file)).chain([path]) {
+                std::fs::remove_file(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+            }
+            for file in meshes.iter().map(|mesh| folder.join(&mesh.file)) {
                 std::fs::remove_file(&file).map_err(|e| format!("{}: {e}", file.display()))?;
             }
             Ok(verdict)

@@ -10,6 +10,7 @@
 //! | [`scene`] | the description of a scene |
 //! | [`shape`] | the roots and normals of surfaces, and where their patterns start |
 //! | [`quadric`], [`polynomial`] | the roots of surfaces around an axis |
+//! | [`mesh`] | triangles of files |
 //! | [`uv`] | the (u, v) of surfaces |
 //! | [`place`] | groups and instances: what is shown where |
 //! | [`pattern`], [`texture`], [`shader`] | what a surface wears at a point |
@@ -37,6 +38,7 @@ pub mod filter;
 pub mod hand;
 pub mod hold;
 pub mod lamp;
+pub mod mesh;
 pub mod pattern;
 pub mod place;
 pub mod polynomial;

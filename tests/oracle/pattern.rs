@@ -24,6 +24,10 @@ pub fn material(scene: &Scene, surface: usize, at: Point) -> Material {
     match surface.wears {
         Wears::Material(i) => scene.materials[i],
         Wears::Checker(i) => scene.materials[tile(shape, &scene.checkers[i], at.p)],
+        Wears::File => match (shape, at.part) {
+            (Shape::Mesh { mesh }, Part::Flat(i)) => mesh.material(i),
+            _ => unreachable!("only meshes wear what a file says"),
+        },
         Wears::Pattern(i) => patterned(scene, shape, &scene.patterns[i], at),
     }
 }
@@ -42,7 +46,11 @@ fn patterned(scene: &Scene, shape: &Shape, pattern: &Pattern, at: Point) -> Mate
         }
         Pattern::Fit { base, texture, filter } => {
             let (u, v) = uv(shape, at.part, at.p);
-            let texel = scene.textures[texture].at(u, v, filter, Edge::Clamp);
+            // A mesh's own places may lie beyond the picture, which then repeats.
+            let repeats = matches!(shape, Shape::Mesh { .. });
+            let (u, v) = if repeats { (u - u.floor(), v - v.floor()) } else { (u, v) };
+            let edge = if repeats { Edge::Wrap } else { Edge::Clamp };
+            let texel = scene.textures[texture].at(u, v, filter, edge);
             tinted(&scene.materials[base], texel)
         }
         Pattern::Tile { base, texture, filter, size, xdir } => {

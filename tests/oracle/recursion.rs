@@ -1,9 +1,10 @@
 //! `raytrace`, as the course writes it.
 
 use super::lamp::{Arriving, arriving};
+use super::mesh::raised;
 use super::pattern::{Point, material};
 use super::place::{Shown, shown};
-use super::scene::{Attenuation, Scene};
+use super::scene::{Attenuation, Scene, Shape};
 use super::shape::{Part, own_normal, root};
 use super::vec3::Vec3;
 
@@ -67,7 +68,12 @@ pub fn raytrace(stage: &Stage<'_>, ray: Ray) -> Vec3 {
     let (own_p, own_dir) = (copy.point_within(p), copy.direction_within(ray.dir));
     let own = own_normal(shape, here.part, own_p);
     let facing = if own.dot(own_dir) > 0.0 { -own } else { own };
-    let n = copy.normal_shown(facing);
+    let mut n = copy.normal_shown(facing);
+    if let (Shape::Mesh { mesh }, Part::Flat(i)) = (shape, here.part)
+        && let Some(smooth) = mesh.smooth_normal(i, own_p)
+    {
+        n = raised(copy.normal_shown(smooth), n, ray.dir);
+    }
     let at = Point { p: own_p, part: here.part, facing };
     let material = material(stage.scene, copy.surface, at);
 

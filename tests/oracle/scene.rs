@@ -1,6 +1,7 @@
 //! What a scene is: the nouns of the script's makers, as structs of f64s.
 
 use super::filter::PixelFilter;
+use super::mesh::Mesh;
 use super::place::Motion;
 use super::shader::Shader;
 use super::texture::{Filter, Slide, Texture};
@@ -156,6 +157,8 @@ pub enum Wears {
     Material(usize),
     Checker(usize),
     Pattern(usize),
+    /// What a mesh's file says.
+    File,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -172,6 +175,7 @@ pub enum Shape {
     Hyperboloid { center: Vec3, axis: Vec3, radius: f64, waist: f64, height: f64, caps: bool },
     Ellipsoid { center: Vec3, radii: Vec3 },
     Torus { center: Vec3, axis: Vec3, major: f64, minor: f64 },
+    Mesh { mesh: &'static Mesh },
 }
 
 /// A surface or a thing, by index.

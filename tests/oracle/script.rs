@@ -96,11 +96,13 @@ fn write_script(out: &mut String, scene: &Scene) -> std::fmt::Result {
             Wears::Material(i) => format!("m{i}"),
             Wears::Checker(i) => format!("c{i}"),
             Wears::Pattern(i) => format!("p{i}"),
+            Wears::File => String::new(),
         };
+        let wears = if wears.is_empty() { wears } else { format!(", material: {wears}") };
         let visible = if surface.visible { "" } else { ", visible: false" };
         // Named only where something names it.
         let name = if scene.things.is_empty() { String::new() } else { format!("let s{i} = ") };
-        writeln!(out, "{name}{}, material: {wears}{visible} }});", shape(&surface.shape))?;
+        writeln!(out, "{name}{}{wears}{visible} }});", shape(&surface.shape))?;
     }
     for (i, thing) in scene.things.iter().enumerate() {
         let moved = motion(&thing.motion, thing.visible);
@@ -256,6 +258,17 @@ fn shape(shape: &Shape) -> String {
     match *shape {
         Shape::Sphere { center, radius } => {
             format!("sphere(#{{ center: {}, radius: {}", vector(center), number(radius))
+        }
+        Shape::Mesh { mesh } => {
+            let Motion { translate, rotate, scale } = mesh.place;
+            let smooth = if mesh.smooth { "" } else { ", smooth: false" };
+            format!(
+                "mesh(#{{ file: \"{}\", scale: {}, rotate: {}, translate: {}{smooth}",
+                mesh.file,
+                number(scale[0]),
+                vector(rotate),
+                vector(translate)
+            )
         }
         Shape::Plane { point, normal } => {
             format!("plane(#{{ point: {}, normal: {}", vector(point), vector(normal))

@@ -10,7 +10,7 @@ pub enum Part {
     /// The curved part.
     Body,
     /// A flat part: a whole flat surface (0), a cap (its place among the caps from below), or a
-    /// face of a cuboid (0 to 5: at min x, max x, min y and so on).
+    /// face of a cuboid (0 to 5: at min x, max x, min y and so on), or a triangle of a mesh.
     Flat(usize),
 }
 
@@ -53,6 +53,10 @@ pub fn root(shape: &Shape, base: Vec3, dir: Vec3, leaves: Option<Part>) -> Optio
             for face in 0..6 {
                 found.extend(flat(face, face_root(min, max, face, base, dir)));
             }
+        }
+        Shape::Mesh { mesh } => {
+            let roots = mesh.roots(base, dir);
+            found.extend(roots.into_iter().map(|(t, i)| (t, Part::Flat(i))));
         }
         Shape::Torus { center, axis, major, minor } => {
             let size = [major, minor];
@@ -130,6 +134,7 @@ pub fn own_normal(shape: &Shape, part: Part, p: Vec3) -> Vec3 {
         (Shape::Plane { normal, .. } | Shape::Disc { normal, .. }, _) => normal.unit(),
         (Shape::Quad { u, v, .. }, _) => u.cross(v).unit(),
         (Shape::Triangle { a, b, c }, _) => (b - a).cross(c - a).unit(),
+        (Shape::Mesh { mesh }, Part::Flat(i)) => mesh.flat_normal(i),
         (Shape::Cuboid { .. }, Part::Flat(face)) => {
             let mut n = Vec3::ZERO;
             n.0[face / 2] = if face % 2 == 0 { -1.0 } else { 1.0 };
@@ -154,6 +159,7 @@ pub fn own_normal(shape: &Shape, part: Part, p: Vec3) -> Vec3 {
 pub fn origin(shape: &Shape) -> Vec3 {
     match *shape {
         Shape::Plane { point, .. } => point,
+        Shape::Mesh { mesh } => mesh.place.translate,
         Shape::Quad { corner, .. } => corner,
         Shape::Triangle { a, .. } => a,
         Shape::Cuboid { min, .. } => min,
@@ -180,7 +186,7 @@ pub fn is_flat(shape: &Shape) -> bool {
 /// are not left to rounding.
 pub fn put_onto(shape: &Shape, part: Part, p: Vec3) -> Vec3 {
     match (*shape, part) {
-        (_, Part::Body) => p,
+        (_, Part::Body) | (Shape::Mesh { .. }, _) => p,
         (Shape::Cuboid { min, max }, Part::Flat(face)) => {
             let mut q = p;
             q.0[face / 2] = if face % 2 == 0 { min } else { max }[face / 2];

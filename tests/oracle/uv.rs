@@ -16,6 +16,7 @@ pub fn uv(shape: &Shape, part: Part, p: Vec3) -> (f64, f64) {
             let x = x_across(n, XDIR);
             (q.dot(x), q.dot(n.cross(x)))
         }
+        (Shape::Mesh { mesh }, Part::Flat(i)) => mesh.uv(i, p),
         (Shape::Quad { corner, u, v }, _) => coordinates(p - corner, u, v),
         (Shape::Triangle { a, b, c }, _) => coordinates(p - a, b - a, c - a),
         (Shape::Disc { center, normal, radius }, _) => on_disc(normal.unit(), radius, p - center),

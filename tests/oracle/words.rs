@@ -17,6 +17,7 @@ pub const PICTURES: Family = Family { name: "pictures", scene: pictures };
 pub const SHADERS: Family = Family { name: "shaders", scene: shaders };
 pub const LAMPS: Family = Family { name: "lamps", scene: lamps };
 pub const ORTHO: Family = Family { name: "ortho", scene: ortho };
+pub const MESHES: Family = Family { name: "meshes", scene: meshes };
 pub const MIXED: Family = Family { name: "mixed", scene: mixed };
 
 /// Discs and boxes.
@@ -102,6 +103,36 @@ fn pictures(seed: u64) -> Scene {
     let wall = Shape::Plane { point: v3(0.0, 0.0, -7.0), normal: v3(0.2, 0.1, 1.0) };
     let wears = d.textured(&mut scene, &name, &wall);
     scene.surface(wall, wears);
+    scene
+}
+
+/// Meshes from files of each kind, in one material, in those of the file, in cells and in pictures;
+/// and copies of them.
+fn meshes(seed: u64) -> Scene {
+    let name = format!("meshes-{seed}");
+    let mut scene = of_shapes(seed, |d, scene, i| {
+        let mesh = d.mesh(&format!("{name}-{i}"), LOW, HIGH);
+        let (by_file, has_uvs) = (!mesh.materials.is_empty(), !mesh.uvs.is_empty());
+        let shape = super::mesh::shape(mesh);
+        let wears = if by_file && d.chance(60) {
+            Wears::File
+        } else if has_uvs && d.chance(40) {
+            d.textured(scene, &name, &shape)
+        } else if d.chance(30) {
+            d.cells(scene, &shape)
+        } else {
+            d.material(scene, 50)
+        };
+        (shape, wears)
+    });
+    let mut d = draw_of(seed + 1000);
+    let is_mesh = |i: &usize| matches!(scene.surfaces[*i].shape, Shape::Mesh { .. });
+    let of: Vec<usize> = (0..scene.surfaces.len()).filter(is_mesh).collect();
+    for _ in 0..d.int(0, 2) {
+        let of = Handle::Surface(of[d.int(0, of.len() - 1)]);
+        let motion = d.motion(v3(-1.5, -0.5, -1.5), v3(1.5, 1.0, 1.0));
+        scene.thing(Of::Instance(of), motion);
+    }
     scene
 }
 
