@@ -5,7 +5,6 @@
 //! ([`Accel::count`](crate::Accel::count)). Every level visits the same nodes and blocks in the same
 //! order, since all that decides it is one sequence of IEEE operations.
 
-use crate::blocks::{Block, Shelf};
 use crate::bundle::Bundle;
 use crate::lanes::{LANES, NO_PRIM};
 
@@ -69,9 +68,9 @@ impl Counter for Work {
     }
 }
 
-/// How many primitives a block holds.
-pub fn prims_of<B: Block>(shelf: &Shelf<B>, block: usize) -> usize {
-    shelf.blocks[block].codes().iter().filter(|code| **code != NO_PRIM.0).count()
+/// How many primitives a block of these codes holds.
+pub fn prims_of(codes: &[u32; LANES]) -> usize {
+    codes.iter().filter(|code| **code != NO_PRIM.0).count()
 }
 
 /// How many rays of a group are there, and not done with.

@@ -29,7 +29,8 @@
 //! | [`build`] | the tree by binned surface area |
 //! | [`copies`] | meshes that stand in the scene once more |
 //! | [`through`] | one ray through one of them |
-//! | [`visit`] | what a bundle has still to visit |
+//! | [`visit`] | a node's children that a ray meets, nearest first |
+//! | [`bvh`] | one ray through the tree |
 //! | [`flights`] | many single rays at once |
 //! | [`order`] | a node's children in the order of a ray |
 //! | [`prefetch`] | memory asked for early |
@@ -47,6 +48,7 @@ pub mod blocks;
 pub mod brute;
 pub mod build;
 pub mod bundle;
+pub mod bvh;
 pub mod copies;
 pub mod count;
 pub mod flights;

@@ -3,6 +3,7 @@
 
 use crate::blocks::Blocks;
 use crate::bundle::{Bundle, NO_CLASS, RAYS};
+use crate::bvh;
 use crate::count::Counter;
 use crate::flights::{self, Stacks};
 use crate::lanes::LANES;
@@ -44,6 +45,8 @@ pub enum Way {
     Auto,
     /// In bundles, culled by their frusta.
     Bundles,
+    /// One after the other.
+    Singly,
     /// Each on its own, many under way at once.
     Flights,
 }
@@ -114,7 +117,12 @@ pub fn cast<S: Simd, C: Counter>(
         }
         if alone != 0 {
             let tree = (what.tree, what.leaves);
-            flights::cast(simd, tree, (taken, alone), question, (stacks, stack), counter);
+            if flies(what, taken) {
+                let room = (&mut *stacks, &mut stack[..]);
+                flights::cast(simd, tree, (taken, alone), question, room, counter);
+            } else {
+                bvh::cast(simd, tree, (taken, alone), question, stack, counter);
+            }
         }
         let len = taken.len;
         t[first..first + len].copy_from_slice(&taken.t[..len]);
@@ -143,7 +151,7 @@ impl Limits {
                 let all = f32::INFINITY;
                 return Limits { apart: all, spread: all, strewn: all };
             }
-            Way::Flights => {
+            Way::Singly | Way::Flights => {
                 return Limits { apart: -1.0, spread: -1.0, strewn: -1.0 };
             }
         }
@@ -165,6 +173,26 @@ impl Limits {
 
 /// From this part of the tree's extent on, rays start so far apart that they have nothing in common.
 const STREWN: f32 = 0.05;
+
+/// Trees of fewer nodes stay in the cache, more or less: there rays go one by one, if they start
+/// near each other.
+const LARGE: usize = 2048;
+
+/// Through trees of fewer nodes they always do.
+const SMALL: usize = 64;
+
+/// Whether rays that go alone go many at once.
+#[inline(always)]
+fn flies(what: Structures<'_>, bundle: &Bundle) -> bool {
+    let nodes = what.tree.nodes.len();
+    match what.way {
+        Way::Auto | Way::Bundles => {
+            nodes > LARGE || (nodes > SMALL && bundle.is_strewn(STREWN * what.tree.extent))
+        }
+        Way::Singly => false,
+        Way::Flights => true,
+    }
+}
 
 /// Casts a bundle of one class; `false` if its rays are yet to go through the tree, each alone.
 #[inline(always)]

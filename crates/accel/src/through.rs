@@ -1,5 +1,6 @@
 //! One ray through a copy of a mesh.
 
+use crate::blocks::Block;
 use crate::copies::{CopyBlock, PlacedTriangles};
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, RayLanes, greater, lesser};
@@ -58,7 +59,8 @@ fn walk<S: Simd, C: Counter>(
                 top = push(node, entry.as_slice(), bits, (keys, top));
             }
             Err((_, block)) => {
-                counter.kernel(|| count::prims_of(&copy.mesh.blocks.triangles, block));
+                let block_of = &copy.mesh.blocks.triangles.blocks[block];
+                counter.kernel(|| count::prims_of(block_of.codes()));
                 let before = found;
                 found = test(simd, copy, block, ray, (found, end), &mut placed);
                 if question == Question::Any && found != before {

@@ -1,6 +1,12 @@
-//! What a traversal has still to visit, nearest first.
+//! The visit of a node by one ray: which of its eight children the ray meets, nearest first.
 
-use crate::tree::Child;
+use crate::blocks::Blocks;
+use crate::lanes::{F, LANES, V3, greater, lesser};
+use crate::prefetch::prefetch;
+use crate::slab::LEAVE;
+use crate::tree::{Child, Node, Tree};
+use fearless_simd::prelude::*;
+use reflet_pack::ShapeKind;
 
 /// Children still to be visited: where the ray enters them, as the upper half, and what they are.
 /// An entry is not negative, so its bits are ordered as it is.
@@ -16,4 +22,101 @@ pub fn key(entry: f32, child: Child) -> Key {
 #[inline(always)]
 pub fn entry_of(key: Key) -> f32 {
     f32::from_bits((key >> 32) as u32)
+}
+
+/// What the box test needs of one ray, in all lanes.
+#[derive(Clone, Copy)]
+pub struct Slabs<S: Simd> {
+    /// The origin.
+    pub o: V3<S>,
+    /// 1 / direction.
+    pub inv: V3<S>,
+    /// For each axis, which row of a node holds the faces that the ray meets first.
+    pub near: [usize; 3],
+}
+
+/// Children that a ray has still to visit.
+pub struct Stack<'a> {
+    /// Where they are kept.
+    pub keys: &'a mut [Key],
+    /// How many there are.
+    pub top: usize,
+}
+
+impl Stack<'_> {
+    /// The topmost child that is entered before `end`; all above it are dropped.
+    #[inline(always)]
+    pub fn pop(&mut self, bottom: usize, end: f32) -> Option<Key> {
+        while self.top > bottom {
+            self.top -= 1;
+            let next = self.keys[self.top];
+            if entry_of(next) <= end {
+                return Some(next);
+            }
+        }
+        None
+    }
+}
+
+/// Holds a ray that ends at `end` against the boxes of a node's children. Gives the nearest child
+/// that it meets, if any; the others go onto the stack, the farthest lowest.
+#[inline(always)]
+pub fn visit<S: Simd>(
+    simd: S,
+    (tree, blocks): (&Tree, &Blocks),
+    index: usize,
+    ray: &Slabs<S>,
+    end: F<S>,
+    stack: &mut Stack<'_>,
+) -> Option<Key> {
+    let node = &tree.nodes[index];
+    let mut entry = F::splat(simd, 0.0);
+    let mut exit = F::splat(simd, f32::INFINITY);
+    for k in 0..3 {
+        let row = ray.near[k];
+        let first = (node.faces(simd, row) - ray.o[k]) * ray.inv[k];
+        let last = (node.faces(simd, row ^ Node::HI) - ray.o[k]) * ray.inv[k];
+        entry = greater(simd, first, entry);
+        exit = lesser(simd, last, exit);
+    }
+    // An equal entry may still hold a tie with a lower id.
+    let exit = lesser(simd, exit * LEAVE, end);
+    let mut bits = entry.simd_le(exit).to_bitmask() as u32;
+    if bits == 0 {
+        return None;
+    }
+    let entries = entry.as_slice();
+    let lane = bits.trailing_zeros() as usize % LANES;
+    bits &= bits - 1;
+    let mut nearest = key(entries[lane], node.child(lane));
+    let bottom = stack.top;
+    while bits != 0 {
+        let lane = bits.trailing_zeros() as usize % LANES;
+        bits &= bits - 1;
+        let other = key(entries[lane], node.child(lane));
+        let more = nearest.max(other);
+        nearest = nearest.min(other);
+        let mut at = stack.top;
+        while at > bottom && stack.keys[at - 1] < more {
+            stack.keys[at] = stack.keys[at - 1];
+            at -= 1;
+        }
+        stack.keys[at] = more;
+        stack.top += 1;
+        ask_for(tree, blocks, Child(more as u32));
+    }
+    Some(nearest)
+}
+
+/// Asks for what a child is.
+#[inline(always)]
+pub fn ask_for(tree: &Tree, blocks: &Blocks, child: Child) {
+    match child.target() {
+        Ok(index) => prefetch(&tree.nodes, index),
+        Err((ShapeKind::Sphere, block)) => prefetch(&blocks.spheres.blocks, block),
+        Err((ShapeKind::Quad, block)) => prefetch(&blocks.quads.blocks, block),
+        Err((ShapeKind::Solid, block)) => prefetch(&blocks.solids.blocks, block),
+        Err((ShapeKind::Copy, block)) => prefetch(&blocks.copies, block),
+        Err((_, block)) => prefetch(&blocks.triangles.blocks, block),
+    }
 }

@@ -60,7 +60,7 @@ fn every_level_takes_the_same_steps_to_the_same_hits() {
         let geometry = geometry(n);
         let level = Isa::Auto.level().unwrap();
         let mut accel = Accel::build(&geometry, level, structure);
-        for way in [Way::Auto, Way::Bundles, Way::Flights] {
+        for way in [Way::Auto, Way::Bundles, Way::Singly, Way::Flights] {
             accel.cast_by(way);
             for (rays, question) in
                 streams.iter().flat_map(|r| [Question::Closest, Question::Any].map(|q| (r, q)))
@@ -101,7 +101,7 @@ fn a_ray_alone_is_held_against_the_primitives_of_a_block() {
         geometry.push_sphere([0.0, 0.0, z], 1.0);
     }
     let mut accel = Accel::build(&geometry, Isa::Scalar.level().unwrap(), Structure::Tree);
-    accel.cast_by(Way::Flights);
+    accel.cast_by(Way::Singly);
     let mut rays = Rays::default();
     rays.push([0.0, 0.0, 5.0], [0.0, 0.0, -1.0], f32::INFINITY, HitCode::NONE);
     rays.pad();
