@@ -9,7 +9,6 @@
 use crate::blocks::{Block, Blocks, Frame, TriangleBlock};
 use crate::brute;
 use crate::build::{self, Quality};
-use crate::kernels::Candidate;
 use crate::lanes::{F, LANES, NO_PRIM, RayLanes};
 use crate::rays::HitCode;
 use crate::slab::BoxLanes;
@@ -211,16 +210,9 @@ impl CopyBlock {
 pub struct PlacedTriangles(TriangleBlock);
 
 impl PlacedTriangles {
-    /// One ray against all lanes.
-    #[inline(always)]
-    pub fn test<S: Simd>(&self, simd: S, ray: &RayLanes<S>) -> Candidate<S> {
-        self.0.test(simd, ray)
-    }
-
-    /// Eight rays against one lane.
-    #[inline(always)]
-    pub fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S> {
-        self.0.test_one(simd, ray, lane)
+    /// They, as kernels take them.
+    pub fn block(&self) -> &TriangleBlock {
+        &self.0
     }
 
     /// The own box of one lane; empty if its triangle has no area.

@@ -7,7 +7,7 @@ use crate::lanes::{F, LANES, RayLanes, greater, lesser};
 use crate::rays::Question;
 use crate::slab::LEAVE;
 use crate::tree::{Child, Node};
-use crate::visit::{Key, entry_of, key};
+use crate::visit::{Key, entry_of, insert, key};
 use fearless_simd::prelude::*;
 
 /// The better of `found` and the closest hit of a ray (in all lanes) in a copy, or any. `near` says
@@ -103,14 +103,7 @@ fn push(node: &Node, entries: &[f32], mut bits: u32, (keys, bottom): (&mut [Key]
     while bits != 0 {
         let lane = bits.trailing_zeros() as usize % LANES;
         bits &= bits - 1;
-        let child = key(entries[lane], node.child(lane));
-        let mut at = top;
-        while at > bottom && keys[at - 1] < child {
-            keys[at] = keys[at - 1];
-            at -= 1;
-        }
-        keys[at] = child;
-        top += 1;
+        top = insert(keys, bottom, top, key(entries[lane], node.child(lane)));
     }
     top
 }
@@ -126,7 +119,7 @@ fn test<S: Simd>(
     placed: &mut PlacedTriangles,
 ) -> (f32, u32) {
     copy.place_leaf(block, placed);
-    let c = placed.test(simd, ray);
+    let c = placed.block().test(simd, ray);
     let mut bits = (c.hit & c.t.simd_le(end)).to_bitmask();
     while bits != 0 {
         let lane = bits.trailing_zeros() as usize % LANES;

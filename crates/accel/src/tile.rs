@@ -12,7 +12,7 @@ use crate::prefetch::prefetch;
 use crate::rays::Question;
 use crate::slab::{BoxLanes, enter};
 use crate::tree::{Child, Node, Tree};
-use crate::visit::{Key, entry_of, key};
+use crate::visit::{Key, entry_of, insert, key};
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
 
@@ -182,15 +182,7 @@ impl<S: Simd> Space<S> for &CopyBlock {
             prims &= prims - 1;
             let b = placed.bounds(lane);
             let own = BoxLanes { lo: splat3(simd, b.lo), hi: splat3(simd, b.hi) };
-            let mut groups = bundle.meeting(simd, &own);
-            while groups != 0 {
-                let group = groups.trailing_zeros() as usize % LANES;
-                groups &= groups - 1;
-                counter.kernel(|| count::rays_of(bundle, group));
-                let ray = bundle.lanes(simd, group);
-                let c = placed.test_one(simd, &ray, lane);
-                take(simd, bundle, group, (&ray, &c, &own), question);
-            }
+            test_lane(simd, (placed.block(), lane), &own, bundle, question, counter);
         }
     }
 }
@@ -235,14 +227,7 @@ fn walk<S: Simd, W: Space<S>, C: Counter>(
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize % LANES;
             bits &= bits - 1;
-            let found = key(entries[lane], node.child(lane));
-            let mut at = top;
-            while at > bottom && stack[at - 1] < found {
-                stack[at] = stack[at - 1];
-                at -= 1;
-            }
-            stack[at] = found;
-            top += 1;
+            top = insert(stack, bottom, top, key(entries[lane], node.child(lane)));
             space.ask_for(node.child(lane));
         }
         index = loop {
@@ -300,15 +285,28 @@ fn test<S: Simd, B: Block, C: Counter>(
         let lane = prims.trailing_zeros() as usize % LANES;
         prims &= prims - 1;
         let own = frame.box_of(simd, lane);
-        let mut groups = bundle.meeting(simd, &own);
-        while groups != 0 {
-            let group = groups.trailing_zeros() as usize % LANES;
-            groups &= groups - 1;
-            counter.kernel(|| count::rays_of(bundle, group));
-            let ray = bundle.lanes(simd, group);
-            let c = block.test_one(simd, &ray, lane);
-            take(simd, bundle, group, (&ray, &c, &own), question);
-        }
+        test_lane(simd, (block, lane), &own, bundle, question, counter);
+    }
+}
+
+/// Tests the bundle against one lane of a block, which has this own box.
+#[inline(always)]
+fn test_lane<S: Simd, B: Block, C: Counter>(
+    simd: S,
+    (block, lane): (&B, usize),
+    own: &BoxLanes<S>,
+    bundle: &mut Bundle,
+    question: Question,
+    counter: &mut C,
+) {
+    let mut groups = bundle.meeting(simd, own);
+    while groups != 0 {
+        let group = groups.trailing_zeros() as usize % LANES;
+        groups &= groups - 1;
+        counter.kernel(|| count::rays_of(bundle, group));
+        let ray = bundle.lanes(simd, group);
+        let c = block.test_one(simd, &ray, lane);
+        take(simd, bundle, group, (&ray, &c, own), question);
     }
 }
 

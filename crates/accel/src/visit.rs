@@ -18,6 +18,19 @@ pub fn key(entry: f32, child: Child) -> Key {
     u64::from(entry.to_bits()) << 32 | u64::from(child.0)
 }
 
+/// Puts a key onto the part of a stack from `bottom` to `top` that is in order, the farthest lowest;
+/// gives the new top.
+#[inline(always)]
+pub fn insert(keys: &mut [Key], bottom: usize, top: usize, key: Key) -> usize {
+    let mut at = top;
+    while at > bottom && keys[at - 1] < key {
+        keys[at] = keys[at - 1];
+        at -= 1;
+    }
+    keys[at] = key;
+    top + 1
+}
+
 /// Where the child of a key is entered.
 #[inline(always)]
 pub fn entry_of(key: Key) -> f32 {
@@ -96,13 +109,7 @@ pub fn visit<S: Simd>(
         let other = key(entries[lane], node.child(lane));
         let more = nearest.max(other);
         nearest = nearest.min(other);
-        let mut at = stack.top;
-        while at > bottom && stack.keys[at - 1] < more {
-            stack.keys[at] = stack.keys[at - 1];
-            at -= 1;
-        }
-        stack.keys[at] = more;
-        stack.top += 1;
+        stack.top = insert(stack.keys, bottom, stack.top, more);
         ask_for(tree, blocks, Child(more as u32));
     }
     Some(nearest)
