@@ -80,6 +80,11 @@ m.materials[\"glass of water\"].specular *= 2;";
 let m = mesh(#{ file: \"squares.obj\", materials: #{ red: mine } });
 m.materials[\"glass of water\"] = #{ specular: 0.5 };";
     hold("put", put, [BARE, "diffuse: 0.125", "specular: 0.5"]);
+    let listed = "let m = mesh(#{ file: \"squares.obj\" });
+let names = m.materials.keys();
+if names != [\"\", \"red\", \"glass of water\"] || m.materials.len() != 3 { throw names; }
+for (own, i) in m.materials.values() { own.diffuse = i; own.ambient = 0; own.specular = 0; }";
+    hold("listed", listed, ["diffuse: 0", "diffuse: 1", "diffuse: 2"]);
     let whole = "mesh(#{ file: \"squares.obj\", material: #{ diffuse: 0.7 } });";
     hold("whole", whole, ["diffuse: 0.7"; 3]);
     let later =
