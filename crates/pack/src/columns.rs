@@ -137,8 +137,8 @@ impl Columns {
         }
     }
 
-    /// What of surface `i` a structure that rays are intersected with has to look at when it moved:
-    /// its primitives, or the first of a copy's.
+    /// What a structure that rays are intersected with has to look at when a surface moved: the slots
+    /// of its primitives, or its copy's one.
     pub fn parts_of(&self, surface: SurfaceId) -> impl Iterator<Item = Slot> + use<> {
         self.slots(surface.index()).map(|slot| Slot(slot as u32))
     }

@@ -39,7 +39,11 @@ fn across([a, b, c]: [[f32; 3]; 3]) -> DVec3 {
 /// The unit normal and the box of a triangle; zeros and [`Aabb::EMPTY`] if it has no area, since a
 /// placement may flatten it: it is no longer there.
 pub fn facing(points: [[f32; 3]; 3]) -> ([f32; 3], Aabb) {
-    let normal = across(points);
+    faced(points, across(points))
+}
+
+/// The same, by the normal that the corners had before they were rounded, of any length.
+pub(crate) fn faced(points: [[f32; 3]; 3], normal: DVec3) -> ([f32; 3], Aabb) {
     if normal.length() > 0.0 {
         (crate::packer::f32s(crate::view::unit(normal)), Aabb::of_points(&points))
     } else {

@@ -347,7 +347,7 @@ impl Packer {
             Some(mesh) => match self.meshes.shared(id.index(), &mesh.data, g.triangles.len()) {
                 Some(shared) => {
                     let to = source.affine(scene);
-                    g.push_copy_of(id, MeshCopy { mesh: shared, world: way(mesh, to.as_ref()) });
+                    g.push_copy(id, MeshCopy { mesh: shared, world: way(mesh, to.as_ref()) });
                 }
                 None => {
                     for i in 0..mesh.data.triangles.len() {

@@ -2,6 +2,7 @@
 //! the groups and instances that hold it.
 
 use crate::bounds::Aabb;
+use crate::copies::faced;
 use crate::geometry::{Geometry, ShapeKind};
 use crate::packer::f32s;
 use crate::solids::{Form, Solid};
@@ -238,12 +239,7 @@ impl Geometry {
             }
             Part::Triangle { points, normal } => {
                 let points = points.map(f32s);
-                let facing = if normal.length() > 0.0 {
-                    (f32s(unit(normal)), Aabb::of_points(&points))
-                } else {
-                    ([0.0; 3], Aabb::EMPTY)
-                };
-                self.set_triangle(slot, points, facing);
+                self.set_triangle(slot, points, faced(points, normal));
             }
             Part::Solid { form, world } => {
                 let row = self.row_of(slot);

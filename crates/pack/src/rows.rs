@@ -78,21 +78,11 @@ impl Geometry {
     }
 
     /// Appends all triangles of a mesh in one slot, put into the scene by `world`.
-    pub(crate) fn push_copy_of(&mut self, surface: SurfaceId, copy: MeshCopy) {
+    pub(crate) fn push_copy(&mut self, surface: SurfaceId, copy: MeshCopy) {
         let slot = self.len();
         self.runs.note_copy(slot, PrimId(self.prims()), copy.len());
         self.copies.push(copy);
         self.push_blank(ShapeKind::Copy, surface);
-    }
-
-    /// Appends a mesh that wears nothing, none of its triangles stored, and gives the id of its
-    /// first triangle.
-    pub fn push_copy(&mut self, copy: MeshCopy) -> PrimId {
-        let first = PrimId(self.prims());
-        let bounds = copy.bounds();
-        self.push_copy_of(SurfaceId(self.len() as u32), copy);
-        *self.bounds.last_mut().expect("the slot that was pushed") = bounds;
-        first
     }
 
     pub(crate) fn truncate(
