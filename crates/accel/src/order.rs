@@ -7,7 +7,6 @@
 
 use crate::lanes::{F, LANES, M};
 use fearless_simd::prelude::*;
-use reflet_pack::Aabb;
 
 /// Lanes that are packed, and how many; all above are anything.
 pub struct Packed {
@@ -22,28 +21,41 @@ pub struct Packed {
 /// An order of eight lanes, three bits each, the first lowest.
 pub type Order = u32;
 
-/// The orders of the eight octants for such boxes, the farthest first. Bit k of an octant says that
-/// directions are negative along axis k.
-pub fn orders(boxes: &[Aabb; LANES]) -> [Order; LANES] {
+/// The orders of the eight octants for boxes with such centres, or twice these, the farthest first.
+/// Bit k of an octant says that directions are negative along axis k.
+pub fn orders(centers: &[[f32; LANES]; 3]) -> [Order; LANES] {
     let mut orders = [0; LANES];
     for octant in 0..LANES / 2 {
-        let far: [f32; LANES] = std::array::from_fn(|lane| {
-            let b = &boxes[lane];
+        let mut far = [0; LANES];
+        for (lane, far) in far.iter_mut().enumerate() {
             let along = |k: usize| {
-                let twice = b.lo[k] + b.hi[k];
-                if octant >> k & 1 == 1 { -twice } else { twice }
+                let center = centers[k][lane];
+                if octant >> k & 1 == 1 { -center } else { center }
             };
-            along(0) + along(1) + along(2)
-        });
-        let mut lanes: [usize; LANES] = std::array::from_fn(|lane| lane);
-        lanes.sort_by(|a, b| far[*b].total_cmp(&far[*a]));
-        let turned = LANES - 1 - octant;
-        for (i, lane) in lanes.into_iter().enumerate() {
-            orders[octant] |= (lane as Order) << (3 * i);
-            orders[turned] |= (lane as Order) << (3 * (LANES - 1 - i));
+            *far = as_ordered(along(0) + along(1) + along(2));
+        }
+        // How many come before each: nothing is to be predicted, as when they are sorted.
+        let mut ranks = [0; LANES];
+        for (lane, rank) in ranks.iter_mut().enumerate() {
+            for other in 0..LANES {
+                let before =
+                    if other < lane { far[other] >= far[lane] } else { far[other] > far[lane] };
+                *rank += u32::from(before);
+            }
+        }
+        let last = LANES as u32 - 1;
+        for (lane, rank) in ranks.into_iter().enumerate() {
+            orders[octant] |= (lane as Order) << (3 * rank);
+            orders[LANES - 1 - octant] |= (lane as Order) << (3 * (last - rank));
         }
     }
     orders
+}
+
+/// A number that is ordered as [`f32::total_cmp`] orders these.
+fn as_ordered(x: f32) -> i32 {
+    let bits = x.to_bits() as i32;
+    bits ^ (bits >> 31) & i32::MAX
 }
 
 /// Packs those lanes of `entry` and `children` that are met, in an order.

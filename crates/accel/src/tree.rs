@@ -52,7 +52,14 @@ impl Node {
 
     /// Finds the orders anew, from where the children's boxes are.
     pub(crate) fn set_order(&mut self) {
-        self.rows[Self::ORDER] = orders(&std::array::from_fn(|lane| self.bounds(lane)));
+        let mut twice = [[0.0; LANES]; 3];
+        for (k, row) in twice.iter_mut().enumerate() {
+            let (lo, hi) = (&self.rows[k], &self.rows[Self::HI + k]);
+            for (lane, x) in row.iter_mut().enumerate() {
+                *x = f32::from_bits(lo[lane]) + f32::from_bits(hi[lane]);
+            }
+        }
+        self.rows[Self::ORDER] = orders(&twice);
     }
 
     pub(crate) fn set_child(&mut self, lane: usize, child: Child) {
