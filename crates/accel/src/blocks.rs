@@ -1,13 +1,15 @@
 //! Primitives in lanes: what leaves hold.
 
 use crate::copies::{CopyBlock, MeshTrees};
+use crate::items::Item;
 use crate::kernels::{self, Candidate, PlaneLanes, QuadLanes, SphereLanes, TriangleLanes};
 use crate::lanes::{F, LANES, RayLanes, U, V3};
-use crate::prefetch::prefer_large_pages;
+use crate::prefetch::{prefer_large_pages, prefetch};
 use crate::rays::HitCode;
 use crate::slab::{self, BoxLanes};
 use fearless_simd::prelude::*;
 use rayon::prelude::*;
+use reflet_pack::geometry::Columns3;
 use reflet_pack::{Aabb, Form, Geometry, ShapeKind, Slot, Solid};
 
 type Lane = [f32; LANES];
@@ -110,10 +112,20 @@ fn put(column: &mut [Lane; 3], lane: usize, v: [f32; 3]) {
     }
 }
 
+#[inline(always)]
+fn ask_for3(columns: &Columns3, row: usize) {
+    prefetch(&columns.x, row);
+    prefetch(&columns.y, row);
+    prefetch(&columns.z, row);
+}
+
 /// Up to eight primitives of one kind.
 pub trait Block: Default + Clone + Send + Sync {
     /// Writes a primitive into a lane.
     fn set(&mut self, lane: usize, g: &Geometry, slot: Slot);
+    /// Asks for what [`Block::set`] will read.
+    #[inline(always)]
+    fn ask_for(_: &Geometry, _: Slot) {}
     /// The code of each lane; [`crate::lanes::NO_PRIM`] where there is none.
     fn codes(&self) -> &[u32; LANES];
     /// Rays in lanes against the primitives of `pick`, place by place.
@@ -147,6 +159,13 @@ impl Block for SphereBlock {
         self.code[lane] = HitCode::outside(g.first_prim(slot)).0;
         put(&mut self.center, lane, g.spheres.center.get(row));
         self.radius[lane] = g.spheres.radius[row];
+    }
+
+    #[inline(always)]
+    fn ask_for(g: &Geometry, slot: Slot) {
+        let row = g.shape[slot.index()].1 as usize;
+        ask_for3(&g.spheres.center, row);
+        prefetch(&g.spheres.radius, row);
     }
 
     fn codes(&self) -> &[u32; LANES] {
@@ -204,8 +223,8 @@ impl Block for QuadBlock {
     fn set(&mut self, lane: usize, g: &Geometry, slot: Slot) {
         let row = g.shape[slot.index()].1 as usize;
         self.code[lane] = HitCode::outside(g.first_prim(slot)).0;
-        for (column, p) in self.corners.iter_mut().zip(g.quads.points(row)) {
-            put(column, lane, p);
+        for (column, corner) in self.corners.iter_mut().zip(&g.quads.corners) {
+            put(column, lane, corner.get(row));
         }
         put(&mut self.normal, lane, g.quads.normal.get(row));
     }
@@ -262,8 +281,16 @@ impl Block for TriangleBlock {
     fn set(&mut self, lane: usize, g: &Geometry, slot: Slot) {
         let row = g.shape[slot.index()].1 as usize;
         self.code[lane] = HitCode::outside(g.first_prim(slot)).0;
-        for (column, p) in self.corners.iter_mut().zip(g.triangles.points(row)) {
-            put(column, lane, p);
+        for (column, corner) in self.corners.iter_mut().zip(&g.triangles.corners) {
+            put(column, lane, corner.get(row));
+        }
+    }
+
+    #[inline(always)]
+    fn ask_for(g: &Geometry, slot: Slot) {
+        let row = g.shape[slot.index()].1 as usize;
+        for corner in &g.triangles.corners {
+            ask_for3(corner, row);
         }
     }
 
@@ -343,12 +370,20 @@ impl<B: Block> Shelf<B> {
     }
 
     /// Makes all blocks at once, on all threads.
-    fn fill(&mut self, g: &Geometry, slots: &[Slot], leaves: &[Leaf]) {
-        let block = |leaf: &Leaf| {
+    fn fill(&mut self, g: &Geometry, items: &[Item], leaves: &[Leaf]) {
+        let items_of = |leaf: &Leaf| &items[leaf.first..][..leaf.len];
+        // What is near in space may be anywhere in the columns.
+        let block = |(index, leaf): (usize, &Leaf)| {
+            if let Some(next) = leaves.get(index + 2) {
+                items_of(next).iter().for_each(|item| prefetch(&g.shape, item.slot().index()));
+            }
+            if let Some(next) = leaves.get(index + 1) {
+                items_of(next).iter().for_each(|item| B::ask_for(g, item.slot()));
+            }
             let (mut block, mut frame) = (B::default(), Frame::default());
-            for (lane, slot) in slots[leaf.first..leaf.first + leaf.len].iter().enumerate() {
-                block.set(lane, g, *slot);
-                frame.set(lane, &g.bounds[slot.index()]);
+            for (lane, item) in items_of(leaf).iter().enumerate() {
+                block.set(lane, g, item.slot());
+                frame.set(lane, &item.aabb());
             }
             (block, frame)
         };
@@ -356,7 +391,7 @@ impl<B: Block> Shelf<B> {
         prefer_large_pages(self.blocks.spare_capacity_mut());
         self.frames.reserve_exact(leaves.len());
         prefer_large_pages(self.frames.spare_capacity_mut());
-        let all = leaves.par_iter().with_min_len(256).map(block);
+        let all = leaves.par_iter().enumerate().with_min_len(256).map(block);
         all.unzip_into_vecs(&mut self.blocks, &mut self.frames);
     }
 
@@ -365,7 +400,7 @@ impl<B: Block> Shelf<B> {
     }
 }
 
-/// What a block is made from: a part of a list of primitives.
+/// What a block is made from: a part of a list of items.
 #[derive(Clone, Copy, Debug)]
 pub struct Leaf {
     /// Where it begins.
@@ -462,18 +497,18 @@ impl Blocks {
         &mut self,
         kind: ShapeKind,
         g: &Geometry,
-        slots: &[Slot],
+        items: &[Item],
         leaves: &[Leaf],
         meshes: &MeshTrees,
     ) {
         match kind {
-            ShapeKind::Sphere => self.spheres.fill(g, slots, leaves),
-            ShapeKind::Plane => self.planes.fill(g, slots, leaves),
-            ShapeKind::Quad => self.quads.fill(g, slots, leaves),
-            ShapeKind::Triangle => self.triangles.fill(g, slots, leaves),
-            ShapeKind::Solid => self.solids.fill(g, slots, leaves),
+            ShapeKind::Sphere => self.spheres.fill(g, items, leaves),
+            ShapeKind::Plane => self.planes.fill(g, items, leaves),
+            ShapeKind::Quad => self.quads.fill(g, items, leaves),
+            ShapeKind::Triangle => self.triangles.fill(g, items, leaves),
+            ShapeKind::Solid => self.solids.fill(g, items, leaves),
             ShapeKind::Copy => {
-                let copy = |leaf: &Leaf| CopyBlock::new(g, slots[leaf.first], meshes);
+                let copy = |leaf: &Leaf| CopyBlock::new(g, items[leaf.first].slot(), meshes);
                 self.copies = leaves.iter().map(copy).collect();
             }
         }

@@ -1,19 +1,21 @@
 //! The tree by binned surface area, straight into nodes of eight: of the branches that a node has
 //! so far the largest is split in two, until there are eight or none is left to split.
 //!
-//! Boxes are eight floats, the greatest negated, so that a union is one `min` in lanes. Large
-//! branches are binned and sorted on all threads; what comes out never depends on how many there
-//! are, since unions and counts do not depend on their order, and parts are joined in a fixed one.
+//! Large branches are split ahead on all threads, very large ones each by all; then nodes are made
+//! of them on all threads. What comes out never depends on how many there are, since unions and
+//! counts do not depend on their order, and parts are joined in a fixed one.
 
+use crate::bins::{Bins, Grid};
 use crate::blocks::{Blocks, Leaf};
 use crate::copies::{MeshTrees, stands_alone};
-use crate::lanes::{F, LANES, lesser};
+use crate::items::{Item, boxes, centers, deal};
+use crate::lanes::LANES;
 use crate::prefetch::prefer_large_pages;
 use crate::tree::{Child, Node, Tree};
-use fearless_simd::prelude::*;
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
-use reflet_pack::{Aabb, Geometry, SHAPE_KINDS, ShapeKind, Slot};
+use reflet_pack::{Geometry, SHAPE_KINDS, ShapeKind, Slot};
+use std::collections::BTreeMap;
 
 /// How much a tree is worth. The answer does not depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -42,133 +44,12 @@ impl std::str::FromStr for Quality {
 
 /// Below this many primitives a branch is not worth a task of its own.
 const PARALLEL: usize = 4096;
-/// Above this many it is itself worth all threads.
-const SHARED: usize = 1 << 16;
+/// From this many on it is itself worth all threads: while there are fewer branches than threads.
+const SHARED: usize = 1 << 14;
 /// What each of them takes at once.
-const SHARE: usize = 1 << 14;
+const SHARE: usize = 1 << 12;
 /// Deeper branches are halved by count: bad luck in the bins must not make the tree a list.
 const MAX_BINNED_DEPTH: usize = 64;
-
-/// A box in lanes: the least x, y, z, anything, and the greatest, negated, and anything.
-type Rows = [f32; LANES];
-/// Neutral in a union.
-const NOTHING: Rows = [f32::INFINITY; LANES];
-
-/// What is in a slot: its box; the fourth row is the slot, by its bits, the eighth its kind.
-#[derive(Clone, Copy)]
-#[repr(C, align(32))]
-struct Item {
-    rows: Rows,
-}
-
-impl Item {
-    const SLOT: usize = 3;
-    const KIND: usize = 7;
-
-    fn new(g: &Geometry, slot: Slot) -> Item {
-        let Aabb { lo, hi } = &g.bounds[slot.index()];
-        let kind = f32::from_bits(g.shape[slot.index()].0 as u32);
-        Item { rows: [lo[0], lo[1], lo[2], f32::from_bits(slot.0), -hi[0], -hi[1], -hi[2], kind] }
-    }
-
-    fn slot(&self) -> Slot {
-        Slot(self.rows[Self::SLOT].to_bits())
-    }
-
-    fn kind(&self) -> u32 {
-        self.rows[Self::KIND].to_bits()
-    }
-}
-
-fn aabb(r: &Rows) -> Aabb {
-    Aabb { lo: [r[0], r[1], r[2]], hi: [-r[4], -r[5], -r[6]] }
-}
-
-#[inline(always)]
-fn area(r: &Rows) -> f32 {
-    let e = [-(r[0] + r[4]), -(r[1] + r[5]), -(r[2] + r[6])];
-    e[0] * e[1] + e[1] * e[2] + e[2] * e[0]
-}
-
-/// Some of the primitives, and as much room to sort them.
-struct Branch<'a> {
-    items: &'a mut [Item],
-    room: &'a mut [Item],
-    /// Where `items` begins among all.
-    first: usize,
-    bounds: Rows,
-    depth: usize,
-    /// Whether it is not to be split: of one kind, and few enough for a block.
-    is_leaf: bool,
-}
-
-impl<'a> Branch<'a> {
-    fn new<S: Simd>(
-        simd: S,
-        items: &'a mut [Item],
-        room: &'a mut [Item],
-        first: usize,
-        depth: usize,
-    ) -> Branch<'a> {
-        let bounds = shared(simd, items, Sum::Boxes);
-        let is_leaf = items.len() == 1
-            || items.len() <= LANES
-                && items.iter().all(|i| i.kind() == items[0].kind())
-                && !stands_alone(ShapeKind::ALL[items[0].kind() as usize]);
-        Branch { items, room, first, bounds, depth, is_leaf }
-    }
-}
-
-#[inline(always)]
-fn union(a: Rows, b: Rows) -> Rows {
-    let mut out = a;
-    for (to, from) in out.iter_mut().zip(b) {
-        *to = if from < *to { from } else { *to };
-    }
-    out
-}
-
-/// What is summed over items.
-#[derive(Clone, Copy)]
-enum Sum {
-    Boxes,
-    Centers,
-}
-
-/// The union of all boxes, or of all centres: on all threads if that pays.
-#[inline(always)]
-fn shared<S: Simd>(simd: S, items: &[Item], what: Sum) -> Rows {
-    if items.len() < SHARED {
-        return sum(simd, items, what);
-    }
-    let part = |items: &[Item]| {
-        simd.vectorize(
-            #[inline(always)]
-            || sum(simd, items, what),
-        )
-    };
-    items.par_chunks(SHARE).map(part).reduce(|| NOTHING, union)
-}
-
-#[inline(always)]
-fn sum<S: Simd>(simd: S, items: &[Item], what: Sum) -> Rows {
-    let mut all = F::splat(simd, f32::INFINITY);
-    match what {
-        Sum::Boxes => {
-            for item in items {
-                all = lesser(simd, F::from_slice(simd, &item.rows), all);
-            }
-        }
-        Sum::Centers => {
-            for item in items {
-                all = lesser(simd, center(simd, item), all);
-            }
-        }
-    }
-    let mut rows = NOTHING;
-    all.store_slice(&mut rows);
-    rows
-}
 
 /// Builds the tree over all visible primitives but planes, and puts them into `blocks`, which are
 /// empty.
@@ -178,27 +59,39 @@ pub fn build(
     blocks: &mut Blocks,
     meshes: &MeshTrees,
 ) -> Tree {
-    let wanted = |s: &Slot| g.is_visible(*s) && g.shape[s.index()].0 != ShapeKind::Plane;
-    let slots = (0..g.len() as u32).into_par_iter().with_min_len(PARALLEL).map(Slot);
-    let count = slots.clone().filter(wanted).count();
+    let mut items = gather(g);
+    let count = items.len();
     if count == 0 {
         return Tree::default();
     }
-    let [mut items, mut room] = [(); 2].map(|()| with_room(count));
-    items.extend(g.slots().filter(wanted).map(|slot| Item::new(g, slot)));
-    room.resize(count, Item { rows: NOTHING });
-    let (some, spare) = (&mut items[..], &mut room[..]);
-    let part = dispatch!(level, simd => plant(simd, quality, some, spare));
-    let slots: Vec<Slot> =
-        items.par_iter().with_min_len(PARALLEL).map(|item| item.slot()).collect();
+    let mut room = with_room(count);
+    let none = (0..count).into_par_iter().with_min_len(PARALLEL).map(|_| Item::NOTHING);
+    none.collect_into_vec(&mut room);
+    let desk = Desk { sides: [&mut items, &mut room], first: 0 };
+    let parts = dispatch!(level, simd => plant(simd, quality, desk));
+    drop(room);
+    let mut part = Part { nodes: with_room(parts.len()), ..Part::default() };
+    parts.append_to(&mut part);
     for (kind, leaves) in ShapeKind::ALL.into_iter().zip(&part.leaves) {
-        blocks.fill(kind, g, &slots, leaves, meshes);
+        blocks.fill(kind, g, &items, leaves, meshes);
     }
-    let mut nodes = with_room(part.nodes.len());
-    nodes.extend(part.nodes);
-    let mut tree = Tree { nodes, depth: part.depth, ..Tree::default() };
+    let mut tree = Tree { nodes: part.nodes, depth: part.depth, ..Tree::default() };
     tree.measure();
     tree
+}
+
+/// All visible primitives but planes.
+fn gather(g: &Geometry) -> Vec<Item> {
+    let wanted = |s: &Slot| g.is_visible(*s) && g.shape[s.index()].0 != ShapeKind::Plane;
+    let slots = (0..g.len() as u32).into_par_iter().with_min_len(PARALLEL).map(Slot);
+    let count = slots.clone().filter(wanted).count();
+    let mut items = with_room(count);
+    if count == g.len() {
+        slots.map(|slot| Item::new(g, slot)).collect_into_vec(&mut items);
+    } else {
+        items.extend(g.slots().filter(wanted).map(|slot| Item::new(g, slot)));
+    }
+    items
 }
 
 /// An empty vector with as much room, on large pages.
@@ -214,359 +107,361 @@ struct Part {
     nodes: Vec<Node>,
     leaves: [Vec<Leaf>; SHAPE_KINDS],
     depth: usize,
+    /// What was made apart, by the lane of the root: then the root is the only node here.
+    below: Vec<(usize, Part)>,
 }
 
 impl Part {
-    /// Appends another; gives the place of its root.
-    fn append(&mut self, other: Part) -> usize {
-        let first = self.nodes.len();
-        let moved = self.leaves.each_ref().map(Vec::len);
-        self.nodes.extend(other.nodes.into_iter().map(|mut node| {
+    /// For some items; nodes mostly are fewer than there is room for.
+    fn with_room(items: usize) -> Part {
+        Part { nodes: with_room(items / 24), ..Part::default() }
+    }
+
+    /// How many nodes there are in all.
+    fn len(&self) -> usize {
+        self.nodes.len() + self.below.iter().map(|(_, part)| part.len()).sum::<usize>()
+    }
+
+    /// Appends all of it to one part; gives the place of its root.
+    fn append_to(self, all: &mut Part) -> usize {
+        let first = all.nodes.len();
+        let moved = all.leaves.each_ref().map(Vec::len);
+        all.nodes.extend(self.nodes.into_iter().map(|mut node| {
             node.rename(|child| match child.target() {
                 Ok(index) => Child::node(index + first),
                 Err((kind, block)) => Child::block(kind, block + moved[kind as usize]),
             });
             node
         }));
-        for (all, more) in self.leaves.iter_mut().zip(other.leaves) {
+        for (all, more) in all.leaves.iter_mut().zip(self.leaves) {
             all.extend(more);
         }
-        self.depth = self.depth.max(other.depth);
+        all.depth = all.depth.max(self.depth);
+        for (lane, part) in self.below {
+            let child = Child::node(part.append_to(all));
+            all.nodes[first].set_child(lane, child);
+        }
         first
     }
 }
 
+/// Some of the items, in one of two places: branches of even depth are on the first side, and what
+/// they are cut into goes to the other. Leaves all end on the first.
+struct Desk<'a> {
+    sides: [&'a mut [Item]; 2],
+    /// Where all this begins among all.
+    first: usize,
+}
+
+impl<'a> Desk<'a> {
+    /// Brings a leaf to the first side; gives its kind.
+    fn settle(&mut self, leaf: &Branch) -> usize {
+        let (from, to) = self.pair(leaf);
+        if !leaf.depth.is_multiple_of(2) {
+            to.copy_from_slice(from);
+        }
+        from[0].kind() as usize
+    }
+
+    /// The items of a branch, and where they are sorted to.
+    fn pair(&mut self, branch: &Branch) -> (&[Item], &mut [Item]) {
+        let first = branch.first - self.first;
+        let [even, odd] = &mut self.sides;
+        let (from, to) = if branch.depth.is_multiple_of(2) { (even, odd) } else { (odd, even) };
+        (&from[first..][..branch.len], &mut to[first..][..branch.len])
+    }
+
+    /// All of it, for a while.
+    fn lend(&mut self) -> Desk<'_> {
+        let [even, odd] = &mut self.sides;
+        Desk { sides: [even, odd], first: self.first }
+    }
+
+    /// Takes away what comes before a place.
+    fn take_to(&mut self, end: usize) -> Desk<'a> {
+        let (len, first) = (end - self.first, self.first);
+        self.first = end;
+        let sides = self.sides.each_mut().map(|side| side.split_off_mut(..len).unwrap_or_default());
+        Desk { sides, first }
+    }
+}
+
+/// A part of the items.
+#[derive(Clone, Copy)]
+struct Branch {
+    bounds: Item,
+    /// Where it begins among all.
+    first: usize,
+    len: usize,
+    depth: usize,
+    /// Whether it is not to be split: of one kind, and few enough for a block.
+    is_leaf: bool,
+}
+
+impl Branch {
+    /// Where it begins and ends: no two that are split share both.
+    fn span(&self) -> (usize, usize) {
+        (self.first, self.first + self.len)
+    }
+}
+
+/// The largest box that can be split; of equal ones the first.
+fn largest(open: &[Branch]) -> Option<usize> {
+    let mut largest: Option<(f32, usize)> = None;
+    for (i, branch) in open.iter().enumerate().filter(|(_, b)| !b.is_leaf) {
+        let area = branch.bounds.area();
+        if largest.is_none_or(|l| area > l.0) {
+            largest = Some((area, i));
+        }
+    }
+    largest.map(|l| l.1)
+}
+
 #[inline(always)]
-fn plant<S: Simd>(simd: S, quality: Quality, items: &mut [Item], room: &mut [Item]) -> Part {
-    let (mut part, planter) = (Part::default(), Planter { simd, quality });
-    let root = Branch::new(simd, items, room, 0, 0);
-    planter.node(root, 1, &mut part);
+fn plant<S: Simd>(simd: S, quality: Quality, mut desk: Desk<'_>) -> Part {
+    let threads = rayon::current_num_threads();
+    let mut planter = Planter { simd, quality, threads, ahead: BTreeMap::new() };
+    let items = &*desk.sides[0];
+    let (len, is_leaf) = (items.len(), fits(items));
+    let root = Branch { bounds: planter.shared(items, boxes), first: 0, len, depth: 0, is_leaf };
+    let mut part = Part::with_room(if threads == 1 { len } else { 0 });
+    if threads > 1 {
+        planter.ahead = planter.split_ahead(desk.lend(), root);
+    }
+    planter.node(&mut desk, root, 1, &mut part);
     part
+}
+
+/// Whether a block holds all of them.
+#[inline(always)]
+fn fits(items: &[Item]) -> bool {
+    items.len() == 1
+        || items.len() <= LANES
+            && items.iter().all(|i| i.kind() == items[0].kind())
+            && !stands_alone(ShapeKind::ALL[items[0].kind() as usize])
 }
 
 struct Planter<S: Simd> {
     simd: S,
     quality: Quality,
+    threads: usize,
+    ahead: Ahead,
 }
+
+/// What large branches have been split into, by their spans.
+type Ahead = BTreeMap<(usize, usize), [Branch; 2]>;
 
 impl<S: Simd> Planter<S> {
     /// Makes a node of a branch, and all below.
-    fn node(&self, root: Branch<'_>, level: usize, part: &mut Part) {
+    fn node(&self, desk: &mut Desk<'_>, root: Branch, level: usize, part: &mut Part) {
         part.depth = part.depth.max(level);
-        let mut open = Vec::with_capacity(LANES);
-        open.push(root);
-        while open.len() < LANES {
-            // The largest box; of equal ones the first.
-            let mut largest: Option<(f32, usize)> = None;
-            for (i, branch) in open.iter().enumerate().filter(|(_, b)| !b.is_leaf) {
-                let area = area(&branch.bounds);
-                if largest.is_none_or(|l| area > l.0) {
-                    largest = Some((area, i));
-                }
-            }
-            let Some((_, i)) = largest else { break };
-            let [left, right] = self.split(open.swap_remove(i));
-            open.push(left);
-            open.push(right);
+        let (mut open, mut count) = ([root; LANES], 1);
+        while count < LANES {
+            let Some(i) = largest(&open[..count]) else { break };
+            let ahead = if open[i].len > PARALLEL { self.ahead.get(&open[i].span()) } else { None };
+            let [left, right] = ahead.copied().unwrap_or_else(|| self.split(desk, &open[i]));
+            open[i] = open[count - 1];
+            (open[count - 1], open[count]) = (left, right);
+            count += 1;
         }
-        let index = part.nodes.len();
-        part.nodes.push(Node::empty());
-        let mut inner = Vec::new();
-        for (lane, branch) in open.into_iter().enumerate() {
-            part.nodes[index].set_bounds(lane, &aabb(&branch.bounds));
+        let (index, mut node) = (part.nodes.len(), Node::empty());
+        for (lane, branch) in open[..count].iter().enumerate() {
+            node.set_bounds(lane, &branch.bounds.aabb());
             if branch.is_leaf {
-                let kind = branch.items[0].kind() as usize;
+                let kind = desk.settle(branch);
                 let leaves = &mut part.leaves[kind];
-                part.nodes[index].set_child(lane, Child::block(ShapeKind::ALL[kind], leaves.len()));
-                leaves.push(Leaf { first: branch.first, len: branch.items.len() });
-            } else {
-                inner.push((lane, branch));
+                node.set_child(lane, Child::block(ShapeKind::ALL[kind], leaves.len()));
+                leaves.push(Leaf { first: branch.first, len: branch.len });
             }
         }
-        part.nodes[index].set_order();
-        if inner.iter().map(|(_, b)| b.items.len()).sum::<usize>() > PARALLEL {
-            let grow = |(lane, branch)| {
-                let mut part = Part::default();
-                self.node_apart(branch, level + 1, &mut part);
-                (lane, part)
-            };
-            let parts: Vec<(usize, Part)> = inner.into_par_iter().map(grow).collect();
-            for (lane, below) in parts {
-                let child = Child::node(part.append(below));
-                part.nodes[index].set_child(lane, child);
-            }
-        } else {
+        node.set_order();
+        part.nodes.push(node);
+        let inner = open[..count].iter().enumerate().filter(|(_, branch)| !branch.is_leaf);
+        if self.threads == 1 || root.len <= PARALLEL {
             for (lane, branch) in inner {
                 let child = Child::node(part.nodes.len());
                 part.nodes[index].set_child(lane, child);
-                self.node(branch, level + 1, part);
+                self.node(desk, *branch, level + 1, part);
             }
+        } else {
+            part.below = self.nodes(desk.lend(), inner.collect(), level + 1);
         }
     }
 
-    /// On a thread that has not yet entered the SIMD level.
-    fn node_apart(&self, root: Branch<'_>, level: usize, part: &mut Part) {
+    /// Makes nodes of some branches, each with its lane, on all threads.
+    fn nodes(
+        &self,
+        mut desk: Desk<'_>,
+        mut branches: Vec<(usize, &Branch)>,
+        level: usize,
+    ) -> Vec<(usize, Part)> {
+        branches.sort_by_key(|(_, branch)| branch.first);
+        let mut works = Vec::with_capacity(branches.len());
+        for (lane, branch) in branches {
+            desk.take_to(branch.first);
+            works.push((lane, desk.take_to(branch.first + branch.len), *branch));
+        }
+        works.sort_by_key(|(lane, ..)| *lane);
+        let grow = |(lane, mut desk, branch): (usize, Desk<'_>, Branch)| {
+            let mut part = Part::with_room(if branch.len <= PARALLEL { branch.len } else { 0 });
+            self.node(&mut desk, branch, level, &mut part);
+            (lane, part)
+        };
+        works.into_par_iter().map(grow).collect()
+    }
+
+    /// Splits large branches on all threads before nodes are made of them. Whatever is chosen for
+    /// a node, all that is no leaf is split sooner or later, and always in the same way.
+    fn split_ahead(&self, mut desk: Desk<'_>, branch: Branch) -> Ahead {
+        if branch.is_leaf || branch.len <= PARALLEL {
+            return Ahead::new();
+        }
+        let [left, right] = self.split(&mut desk, &branch);
+        let desk_of_left = desk.take_to(right.first);
+        let (mut all, more) =
+            rayon::join(|| self.split_ahead(desk_of_left, left), || self.split_ahead(desk, right));
+        all.extend(more);
+        all.insert(branch.span(), [left, right]);
+        all
+    }
+
+    fn split(&self, desk: &mut Desk<'_>, branch: &Branch) -> [Branch; 2] {
         self.simd.vectorize(
             #[inline(always)]
-            || self.node(root, level, part),
-        );
-    }
-
-    fn split<'a>(&self, branch: Branch<'a>) -> [Branch<'a>; 2] {
-        let simd = self.simd;
-        simd.vectorize(
-            #[inline(always)]
             || {
-                let Branch { items, room, first, depth, .. } = branch;
-                let middle = self.sort(items, room, depth);
-                let (left, right) = items.split_at_mut(middle);
-                let (left_room, right_room) = room.split_at_mut(middle);
-                [
-                    Branch::new(simd, left, left_room, first, depth + 1),
-                    Branch::new(simd, right, right_room, first + middle, depth + 1),
-                ]
+                let (from, to) = desk.pair(branch);
+                let (middle, bounds) = self.sort(from, to, branch.depth);
+                let (left, right) = to.split_at(middle);
+                let (first, depth) = (branch.first, branch.depth + 1);
+                let half = |items: &[Item], first, bounds| {
+                    let (len, is_leaf) = (items.len(), fits(items));
+                    Branch { bounds, first, len, depth, is_leaf }
+                };
+                [half(left, first, bounds[0]), half(right, first + middle, bounds[1])]
             },
         )
     }
 
-    /// Sorts items to two sides, neither empty; gives the place of the border.
+    /// Sorts items to two sides, neither empty; gives the place of the border, and their boxes.
     #[inline(always)]
-    fn sort(&self, items: &mut [Item], room: &mut [Item], depth: usize) -> usize {
-        let len = items.len();
-        let kind = items[0].kind();
-        let middle = if len <= LANES && !stands_alone(ShapeKind::ALL[kind as usize]) {
-            partition(
-                self.simd,
-                items,
-                room,
-                #[inline(always)]
-                |item| item.kind() == kind,
-            )
+    fn sort(&self, from: &[Item], to: &mut [Item], depth: usize) -> (usize, [Item; 2]) {
+        let (len, kind) = (from.len(), from[0].kind());
+        let sorted = if len <= LANES && !stands_alone(ShapeKind::ALL[kind as usize]) {
+            to.copy_from_slice(from);
+            to.sort_by_key(|item| item.kind() != kind);
+            let middle = to.partition_point(|item| item.kind() == kind);
+            return self.halves(to, middle);
         } else if depth < MAX_BINNED_DEPTH {
             match self.quality {
-                Quality::Fast => self.sort_binned::<8>(items, room),
-                Quality::Balanced if len < 64 => self.sort_binned::<8>(items, room),
-                Quality::Balanced => self.sort_binned::<16>(items, room),
-                Quality::High => self.sort_binned::<32>(items, room),
+                Quality::Fast => self.sort_binned::<8>(from, to),
+                Quality::Balanced if len < 64 => self.sort_binned::<8>(from, to),
+                Quality::Balanced => self.sort_binned::<16>(from, to),
+                Quality::High => self.sort_binned::<32>(from, to),
             }
         } else {
-            0
+            None
         };
         // All centres in one place, or no numbers.
-        if middle == 0 || middle == len { len / 2 } else { middle }
-    }
-
-    #[inline(always)]
-    fn sort_binned<const N: usize>(&self, items: &mut [Item], room: &mut [Item]) -> usize {
-        let bins = Bins::<S, N>::of(self.simd, items);
-        let Some((axis, border)) = bins.border(self.simd, items) else { return 0 };
-        partition(
-            self.simd,
-            items,
-            room,
-            #[inline(always)]
-            |item| bins.slots(self.simd, item)[axis] < border,
-        )
-    }
-}
-
-/// The bins of a branch on all three axes, by twice the boxes' centres. (Wald, "On fast Construction
-/// of SAH-based Bounding Volume Hierarchies", RT 2007.)
-#[derive(Clone, Copy)]
-struct Bins<S: Simd, const N: usize> {
-    least: F<S>,
-    scale: F<S>,
-    /// Axes on which centres differ.
-    spread: [bool; 3],
-}
-
-/// Added to a small number, this leaves its nearest integer in the lowest bits.
-const TO_BITS: f32 = 12_582_912.0;
-
-/// What is in each bin of each axis.
-struct Filled<const N: usize> {
-    boxes: [[Rows; 3]; N],
-    counts: [[u32; 3]; N],
-}
-
-/// Twice the centre, and in the upper half its negative.
-#[inline(always)]
-fn center<S: Simd>(simd: S, item: &Item) -> F<S> {
-    let rows = F::from_slice(simd, &item.rows);
-    rows - rows.slide::<4>(rows)
-}
-
-impl<S: Simd, const N: usize> Bins<S, N> {
-    #[inline(always)]
-    fn of(simd: S, items: &[Item]) -> Bins<S, N> {
-        let rows = shared(simd, items, Sum::Centers);
-        let (mut scale, mut spread) = ([0.0; LANES], [false; 3]);
-        for k in 0..3 {
-            let extent = -(rows[k] + rows[k + 4]);
-            // Not a number when the extent overflows: such scenes are halved by count.
-            if extent > 0.0 && extent.is_finite() {
-                scale[k] = N as f32 * (1.0 - 1e-6) / extent;
-                spread[k] = scale[k].is_finite();
-            }
-        }
-        let (least, scale) = (F::from_slice(simd, &rows), F::from_slice(simd, &scale));
-        Bins { least, scale, spread }
-    }
-
-    /// Which bins an item is in.
-    #[inline(always)]
-    fn slots(&self, simd: S, item: &Item) -> [usize; 3] {
-        let place = (center(simd, item) - self.least) * self.scale - 0.499_999;
-        let place = (place + TO_BITS).to_bits() & (N as u32 - 1);
-        let slots = place.as_slice();
-        [slots[0] as usize, slots[1] as usize, slots[2] as usize]
-    }
-
-    #[inline(always)]
-    #[allow(clippy::needless_range_loop)] // An axis each, of three columns at once.
-    fn fill(&self, simd: S, items: &[Item]) -> Filled<N> {
-        let mut filled = Filled::new();
-        for item in items {
-            let rows = F::from_slice(simd, &item.rows);
-            let slots = self.slots(simd, item);
-            for k in 0..3 {
-                let slot = slots[k] % N;
-                let all = &mut filled.boxes[slot][k];
-                lesser(simd, rows, F::from_slice(simd, &all[..])).store_slice(&mut all[..]);
-                filled.counts[slot][k] += 1;
-            }
-        }
-        filled
-    }
-
-    /// The axis and the first bin of the right side of the least expected cost; `None` if there is
-    /// no border with items on both sides.
-    #[inline(always)]
-    #[allow(clippy::needless_range_loop)] // A bin each, of both sides at once.
-    fn border(&self, simd: S, items: &[Item]) -> Option<(usize, usize)> {
-        let filled = if items.len() < SHARED {
-            self.fill(simd, items)
-        } else {
-            let part = |items: &[Item]| {
-                simd.vectorize(
-                    #[inline(always)]
-                    || self.fill(simd, items),
-                )
-            };
-            items.par_chunks(SHARE).map(part).reduce(Filled::new, Filled::join)
-        };
-        // Blocks are tested whole.
-        let blocks = |count: u32| count.div_ceil(LANES as u32) as f32;
-        let mut right = [[0.0f32; 3]; N];
-        let mut sums = [NOTHING; 3];
-        let mut counts = [0; 3];
-        for i in (1..N).rev() {
-            for k in 0..3 {
-                sums[k] = union(sums[k], filled.boxes[i][k]);
-                counts[k] += filled.counts[i][k];
-                right[i][k] =
-                    if counts[k] > 0 { area(&sums[k]) * blocks(counts[k]) } else { f32::INFINITY };
-            }
-        }
-        let mut best: Option<(f32, usize, usize)> = None;
-        let (mut sums, mut counts) = ([NOTHING; 3], [0; 3]);
-        for i in 1..N {
-            for k in 0..3 {
-                sums[k] = union(sums[k], filled.boxes[i - 1][k]);
-                counts[k] += filled.counts[i - 1][k];
-                if counts[k] > 0 && self.spread[k] {
-                    let cost = area(&sums[k]) * blocks(counts[k]) + right[i][k];
-                    if cost < best.map_or(f32::INFINITY, |b| b.0) {
-                        best = Some((cost, k, i));
-                    }
-                }
-            }
-        }
-        best.map(|(_, axis, border)| (axis, border))
-    }
-}
-
-impl<const N: usize> Filled<N> {
-    #[inline(always)]
-    fn new() -> Filled<N> {
-        Filled { boxes: [[NOTHING; 3]; N], counts: [[0; 3]; N] }
-    }
-
-    fn join(mut self, other: Filled<N>) -> Filled<N> {
-        for i in 0..N {
-            for k in 0..3 {
-                self.boxes[i][k] = union(self.boxes[i][k], other.boxes[i][k]);
-                self.counts[i][k] += other.counts[i][k];
-            }
-        }
-        self
-    }
-}
-
-/// Brings those that pass to the front, in their order on both sides, and counts them.
-#[inline(always)]
-fn partition<S: Simd>(
-    simd: S,
-    items: &mut [Item],
-    room: &mut [Item],
-    is_left: impl Fn(&Item) -> bool + Sync,
-) -> usize {
-    if items.len() < SHARED {
-        let (mut left, mut right) = (0, 0);
-        for i in 0..items.len() {
-            // Written to both sides, so that nothing is to be predicted.
-            let item = items[i];
-            items[left] = item;
-            room[right] = item;
-            let goes_left = usize::from(is_left(&item));
-            left += goes_left;
-            right += 1 - goes_left;
-        }
-        items[left..].copy_from_slice(&room[..right]);
-        return left;
-    }
-    let count = |items: &[Item]| {
-        simd.vectorize(
+        sorted.unwrap_or_else(
             #[inline(always)]
             || {
-                let mut count = 0;
-                for item in items {
-                    count += usize::from(is_left(item));
-                }
-                count
+                to.copy_from_slice(from);
+                self.halves(to, len / 2)
             },
         )
-    };
-    let counts: Vec<usize> = items.par_chunks(SHARE).map(count).collect();
-    let middle = counts.iter().sum();
-    let (mut left, mut right) = room.split_at_mut(middle);
-    let mut parts = Vec::with_capacity(counts.len());
-    for (some, count) in items.chunks(SHARE).zip(counts) {
-        let (to_left, rest) = left.split_at_mut(count);
-        left = rest;
-        let (to_right, rest) = right.split_at_mut(some.len() - count);
-        right = rest;
-        parts.push((some, to_left, to_right));
     }
-    parts.into_par_iter().for_each(|(some, to_left, to_right)| {
-        simd.vectorize(
+
+    #[inline(always)]
+    fn halves(&self, items: &[Item], middle: usize) -> (usize, [Item; 2]) {
+        let (left, right) = items.split_at(middle);
+        (middle, [boxes(self.simd, left), boxes(self.simd, right)])
+    }
+
+    #[inline(always)]
+    fn sort_binned<const N: usize>(
+        &self,
+        from: &[Item],
+        to: &mut [Item],
+    ) -> Option<(usize, [Item; 2])> {
+        let simd = self.simd;
+        if self.threads > 1 && from.len() >= SHARED {
+            return self.sort_shared::<N>(from, to);
+        }
+        let grid = Grid::<N>::new(&centers(simd, from));
+        let cut = Bins::fill(simd, &grid, from).cut(simd, &grid)?;
+        let (left, right) = to.split_at_mut(cut.left);
+        deal(
+            from,
+            left,
+            right,
             #[inline(always)]
-            || {
-                let (mut left, mut right) = (0, 0);
-                for item in some {
-                    if is_left(item) {
-                        to_left[left] = *item;
-                        left += 1;
-                    } else {
-                        to_right[right] = *item;
-                        right += 1;
-                    }
-                }
-            },
+            |item| grid.is_left(item, cut.border),
         );
-    });
-    items.par_chunks_mut(SHARE).zip(room.par_chunks(SHARE)).for_each(|(to, from)| {
-        to.copy_from_slice(from);
-    });
-    middle
+        Some((cut.left, cut.bounds))
+    }
+
+    /// The same on all threads.
+    fn sort_shared<const N: usize>(
+        &self,
+        from: &[Item],
+        to: &mut [Item],
+    ) -> Option<(usize, [Item; 2])> {
+        let simd = self.simd;
+        let grid = Grid::<N>::new(&self.shared(from, centers));
+        let fill = |items: &[Item]| {
+            simd.vectorize(
+                #[inline(always)]
+                || Bins::fill(simd, &grid, items),
+            )
+        };
+        let shares: Vec<Bins<N>> = from.par_chunks(SHARE).map(fill).collect();
+        let cut = simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut all = Bins::EMPTY;
+                for share in &shares {
+                    all.join(simd, share);
+                }
+                all.cut(simd, &grid)
+            },
+        )?;
+        let (mut left, mut right) = to.split_at_mut(cut.left);
+        let mut parts = Vec::with_capacity(shares.len());
+        for (some, share) in from.chunks(SHARE).zip(shares) {
+            let (to_left, rest) = left.split_at_mut(share.left(cut.border));
+            left = rest;
+            let (to_right, rest) = right.split_at_mut(some.len() - to_left.len());
+            right = rest;
+            parts.push((some, to_left, to_right));
+        }
+        parts.into_par_iter().for_each(|(some, left, right)| {
+            simd.vectorize(
+                #[inline(always)]
+                || {
+                    deal(
+                        some,
+                        left,
+                        right,
+                        #[inline(always)]
+                        |item| grid.is_left(item, cut.border),
+                    )
+                },
+            );
+        });
+        Some((cut.left, cut.bounds))
+    }
+
+    /// What `sum` gives for all items, by parts on all threads if that pays.
+    fn shared(&self, items: &[Item], sum: impl Fn(S, &[Item]) -> Item + Sync) -> Item {
+        let part = |items: &[Item]| {
+            self.simd.vectorize(
+                #[inline(always)]
+                || sum(self.simd, items),
+            )
+        };
+        if self.threads == 1 || items.len() < SHARED {
+            return part(items);
+        }
+        items.par_chunks(SHARE).map(part).reduce(|| Item::NOTHING, Item::union)
+    }
 }

@@ -27,6 +27,8 @@
 //! | [`blocks`] | primitives in lanes |
 //! | [`tree`] | nodes of eight boxes |
 //! | [`build`] | the tree by binned surface area |
+//! | [`items`] | boxes as it sorts them |
+//! | [`bins`] | where it cuts a branch in two |
 //! | [`copies`] | meshes that stand in the scene once more |
 //! | [`through`] | one ray through one of them |
 //! | [`visit`] | a node's children that a ray meets, nearest first |
@@ -44,6 +46,7 @@
 //! | [`accel`] | all of it behind two calls |
 
 pub mod accel;
+pub mod bins;
 pub mod blocks;
 pub mod brute;
 pub mod build;
@@ -54,6 +57,7 @@ pub mod count;
 pub mod flights;
 pub mod frusta;
 pub mod isa;
+pub mod items;
 pub mod kernels;
 pub mod known;
 pub mod lanes;

@@ -96,6 +96,22 @@ fn shapes_in_one_place_or_without_end_are_built() {
 }
 
 #[test]
+fn boxes_whose_centres_are_no_numbers_are_sorted() {
+    for many in [100, MANY] {
+        let (mut g, mut next) = (Geometry::default(), dice());
+        for i in 0..many {
+            g.push_sphere([next(), next(), next()], 0.001);
+            if i % 7 == 3 {
+                g.bounds[i].lo[i % 3] = f32::NAN;
+            }
+        }
+        for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
+            assert_eq!(build(&g, 1, quality).bytes(), build(&g, 2, quality).bytes());
+        }
+    }
+}
+
+#[test]
 fn a_tree_most_of_which_has_moved_is_built_anew() {
     let (from, to, rays) = (geometry(0.0), geometry(0.001), rays());
     let mut accel = build(&from, 2, Quality::Balanced);

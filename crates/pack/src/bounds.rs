@@ -51,6 +51,7 @@ impl Aabb {
     }
 
     /// Whether nothing is inside.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         (0..3).any(|k| self.lo[k] > self.hi[k])
     }

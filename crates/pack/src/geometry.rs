@@ -189,6 +189,7 @@ impl Geometry {
     }
 
     /// Whether rays can hit what is in a slot at all.
+    #[inline]
     pub fn is_visible(&self, slot: Slot) -> bool {
         !self.bounds[slot.index()].is_empty()
     }
