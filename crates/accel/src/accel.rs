@@ -4,7 +4,7 @@ use crate::blocks::Blocks;
 use crate::build::{self, Quality};
 use crate::copies::MeshTrees;
 use crate::count::Work;
-use crate::lanes::LANES;
+use crate::lanes::WIDE;
 use crate::rays::{HitCode, Hits, Question, RayCounts, Rays};
 use crate::refit::{Places, Refit, WORN};
 use crate::stream::{self, Below, Memory, Structures, Way};
@@ -252,7 +252,7 @@ pub struct Scratch {
 
 /// Rows for what rays hit: nothing so far, and their ends.
 fn begin<'a>(rays: &Rays, hits: &'a mut Hits) -> (&'a mut [f32], &'a mut [HitCode]) {
-    let padded = rays.len().next_multiple_of(LANES);
+    let padded = rays.len().next_multiple_of(WIDE);
     hits.t.clear();
     hits.t.extend_from_slice(&rays.t_max[..padded]);
     hits.code.clear();

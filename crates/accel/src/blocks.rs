@@ -3,7 +3,7 @@
 use crate::copies::{CopyBlock, MeshTrees};
 use crate::items::Item;
 use crate::kernels::{self, Candidate, PlaneLanes, QuadLanes, SphereLanes, TriangleLanes};
-use crate::lanes::{F, LANES, RayLanes, U, V3};
+use crate::lanes::{F, Floats, LANES, RayLanes, W};
 use crate::prefetch::{prefer_large_pages, prefetch};
 use crate::rays::HitCode;
 use crate::slab::{self, BoxLanes};
@@ -50,18 +50,25 @@ impl Frame {
 
     /// The boxes in lanes.
     #[inline(always)]
-    pub fn boxes<S: Simd>(&self, simd: S) -> BoxLanes<S> {
+    pub fn boxes<S: Simd>(&self, simd: S) -> BoxLanes<F<S>> {
         self.pick(simd, Pick::Each)
+    }
+
+    /// The boxes in lanes, with the axes in another order.
+    #[inline(always)]
+    pub fn turned<S: Simd>(&self, simd: S, turn: [usize; 3]) -> BoxLanes<F<S>> {
+        let pick = Pick::Each;
+        BoxLanes { lo: turned(simd, &self.lo, turn, pick), hi: turned(simd, &self.hi, turn, pick) }
     }
 
     /// The box of one lane, in all lanes.
     #[inline(always)]
-    pub fn box_of<S: Simd>(&self, simd: S, lane: usize) -> BoxLanes<S> {
+    pub fn box_of<S: Simd>(&self, simd: S, lane: usize) -> BoxLanes<W<S>> {
         self.pick(simd, Pick::One(lane))
     }
 
     #[inline(always)]
-    fn pick<S: Simd>(&self, simd: S, pick: Pick) -> BoxLanes<S> {
+    fn pick<S: Simd, V: Floats<S>>(&self, simd: S, pick: Pick) -> BoxLanes<V> {
         BoxLanes { lo: vectors(simd, &self.lo, pick), hi: vectors(simd, &self.hi, pick) }
     }
 }
@@ -76,29 +83,29 @@ pub enum Pick {
 }
 
 #[inline(always)]
-fn floats<S: Simd>(simd: S, v: &Lane, pick: Pick) -> F<S> {
+fn floats<S: Simd, V: Floats<S>>(simd: S, v: &Lane, pick: Pick) -> V {
     match pick {
-        Pick::Each => F::from_slice(simd, v),
-        Pick::One(lane) => F::splat(simd, v[lane]),
+        Pick::Each => V::from_slice(simd, v),
+        Pick::One(lane) => V::splat(simd, v[lane]),
     }
 }
 
 #[inline(always)]
-fn codes<S: Simd>(simd: S, v: &[u32; LANES], pick: Pick) -> U<S> {
+fn codes<S: Simd, V: Floats<S>>(simd: S, v: &[u32; LANES], pick: Pick) -> V::Bits {
     match pick {
-        Pick::Each => U::from_slice(simd, v),
-        Pick::One(lane) => U::splat(simd, v[lane]),
+        Pick::Each => V::Bits::from_slice(simd, v),
+        Pick::One(lane) => V::Bits::splat(simd, v[lane]),
     }
 }
 
 #[inline(always)]
-fn vectors<S: Simd>(simd: S, v: &[Lane; 3], pick: Pick) -> V3<S> {
+fn vectors<S: Simd, V: Floats<S>>(simd: S, v: &[Lane; 3], pick: Pick) -> [V; 3] {
     turned(simd, v, [0, 1, 2], pick)
 }
 
 /// [`vectors`] with the axes in another order.
 #[inline(always)]
-fn turned<S: Simd>(simd: S, v: &[Lane; 3], turn: [usize; 3], pick: Pick) -> V3<S> {
+fn turned<S: Simd, V: Floats<S>>(simd: S, v: &[Lane; 3], turn: [usize; 3], pick: Pick) -> [V; 3] {
     [
         floats(simd, &v[turn[0]], pick),
         floats(simd, &v[turn[1]], pick),
@@ -129,7 +136,12 @@ pub trait Block: Default + Clone + Send + Sync {
     /// The code of each lane; [`crate::lanes::NO_PRIM`] where there is none.
     fn codes(&self) -> &[u32; LANES];
     /// Rays in lanes against the primitives of `pick`, place by place.
-    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S>;
+    fn against<S: Simd, V: Floats<S>>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, V>,
+        pick: Pick,
+    ) -> Candidate<S, V>;
 
     /// One ray against all lanes.
     #[inline(always)]
@@ -137,9 +149,14 @@ pub trait Block: Default + Clone + Send + Sync {
         self.against(simd, ray, Pick::Each)
     }
 
-    /// Eight rays against one lane.
+    /// Many rays against one lane.
     #[inline(always)]
-    fn test_one<S: Simd>(&self, simd: S, ray: &RayLanes<S>, lane: usize) -> Candidate<S> {
+    fn test_one<S: Simd>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, W<S>>,
+        lane: usize,
+    ) -> Candidate<S, W<S>> {
         self.against(simd, ray, Pick::One(lane))
     }
 }
@@ -173,10 +190,15 @@ impl Block for SphereBlock {
     }
 
     #[inline(always)]
-    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S> {
+    fn against<S: Simd, V: Floats<S>>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, V>,
+        pick: Pick,
+    ) -> Candidate<S, V> {
         let center = vectors(simd, &self.center, pick);
         let radius = floats(simd, &self.radius, pick);
-        let code = codes(simd, &self.code, pick);
+        let code = codes::<S, V>(simd, &self.code, pick);
         kernels::sphere(simd, ray, &SphereLanes { center, radius, code })
     }
 }
@@ -203,9 +225,14 @@ impl Block for PlaneBlock {
     }
 
     #[inline(always)]
-    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S> {
+    fn against<S: Simd, V: Floats<S>>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, V>,
+        pick: Pick,
+    ) -> Candidate<S, V> {
         let (point, normal) = (vectors(simd, &self.point, pick), vectors(simd, &self.normal, pick));
-        let code = codes(simd, &self.code, pick);
+        let code = codes::<S, V>(simd, &self.code, pick);
         kernels::plane(simd, ray, &PlaneLanes { point, normal, code })
     }
 }
@@ -234,7 +261,12 @@ impl Block for QuadBlock {
     }
 
     #[inline(always)]
-    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S> {
+    fn against<S: Simd, V: Floats<S>>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, V>,
+        pick: Pick,
+    ) -> Candidate<S, V> {
         let (c, turn) = (&self.corners, ray.turn);
         let corners = [
             turned(simd, &c[0], turn, pick),
@@ -243,7 +275,7 @@ impl Block for QuadBlock {
             turned(simd, &c[3], turn, pick),
         ];
         let (point, normal) = (vectors(simd, &c[0], pick), vectors(simd, &self.normal, pick));
-        let code = codes(simd, &self.code, pick);
+        let code = codes::<S, V>(simd, &self.code, pick);
         kernels::quad(simd, ray, &QuadLanes { corners, point, normal, code })
     }
 }
@@ -299,14 +331,19 @@ impl Block for TriangleBlock {
     }
 
     #[inline(always)]
-    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S> {
+    fn against<S: Simd, V: Floats<S>>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, V>,
+        pick: Pick,
+    ) -> Candidate<S, V> {
         let (c, turn) = (&self.corners, ray.turn);
         let corners = [
             turned(simd, &c[0], turn, pick),
             turned(simd, &c[1], turn, pick),
             turned(simd, &c[2], turn, pick),
         ];
-        let code = codes(simd, &self.code, pick);
+        let code = codes::<S, V>(simd, &self.code, pick);
         kernels::triangle(simd, ray, &TriangleLanes { corners, code })
     }
 }
@@ -338,9 +375,14 @@ impl Block for SolidBlock {
     }
 
     #[inline(always)]
-    fn against<S: Simd>(&self, simd: S, ray: &RayLanes<S>, pick: Pick) -> Candidate<S> {
-        let (_, passes) = slab::enter(simd, ray, &self.frame.pick(simd, pick));
-        let code = codes(simd, &self.code, pick);
+    fn against<S: Simd, V: Floats<S>>(
+        &self,
+        simd: S,
+        ray: &RayLanes<S, V>,
+        pick: Pick,
+    ) -> Candidate<S, V> {
+        let (_, passes) = slab::enter(simd, ray, &self.frame.pick::<S, V>(simd, pick));
+        let code = codes::<S, V>(simd, &self.code, pick);
         kernels::solids(simd, ray, (&self.rows, pick), (code, passes))
     }
 }

@@ -1,15 +1,17 @@
 //! Up to 64 rays that have the sign and place of their longest axis in common.
 
-use crate::frusta::{Apex, Columns};
-use crate::lanes::{F, LANES, RayLanes, TURN, U, abs, dot, rows3};
+use crate::frusta::Frusta;
+use crate::lanes::{Codes, F, LANES, RayLanes, TURN, U, W, WIDE, abs, dot, rows3};
 use crate::rays::{HitCode, Rays};
 use crate::tree::Node;
 use fearless_simd::prelude::*;
 
 /// The most rays of a bundle.
-pub const RAYS: usize = LANES * LANES;
+pub const RAYS: usize = GROUPS * WIDE;
+/// The most groups of a bundle.
+pub const GROUPS: usize = 4;
 
-/// Rays of one longest axis, in groups of [`LANES`].
+/// Rays of one longest axis, in groups of [`WIDE`].
 #[derive(Clone)]
 #[repr(C, align(64))]
 pub struct Bundle {
@@ -28,14 +30,8 @@ pub struct Bundle {
     /// How many rays.
     pub len: usize,
     pub(crate) turn: [usize; 3],
-    /// The sign of the longest axis.
-    pub(crate) sign: f32,
-    /// The frustum of each group.
-    pub(crate) groups: Columns,
-    /// The frustum of all.
-    pub(crate) whole: Columns,
-    /// Whether the frustum's apex is where rays end.
-    pub(crate) apex: Apex,
+    /// What holds them.
+    pub(crate) frusta: Frusta,
 }
 
 impl Bundle {
@@ -53,10 +49,7 @@ impl Bundle {
             class: [NO_CLASS; RAYS],
             len: 0,
             turn: TURN[2],
-            sign: 1.0,
-            groups: Columns::default(),
-            whole: Columns::default(),
-            apex: Apex::Origins,
+            frusta: Frusta::default(),
         }
     }
 
@@ -65,46 +58,49 @@ impl Bundle {
     #[inline(always)]
     pub fn take<S: Simd>(&mut self, simd: S, rays: &Rays, first: usize) -> Option<u32> {
         self.len = RAYS.min(rays.len() - first);
-        let (zero, one) = (F::splat(simd, 0.0), F::splat(simd, 1.0));
-        let inf = F::splat(simd, f32::INFINITY);
-        let none = U::splat(simd, NO_CLASS);
+        let (zero, one) = (W::splat(simd, 0.0), W::splat(simd, 1.0));
+        let inf = W::splat(simd, f32::INFINITY);
+        let code = |code: u32| Codes::<S>::splat(simd, code);
         let mut common = self.len == RAYS;
-        for at in (0..self.len).step_by(LANES) {
+        for at in (0..self.len).step_by(WIDE) {
             let row = first + at;
-            let (o, d) = (rows3(simd, &rays.origin, row), rows3(simd, &rays.dir, row));
-            let end = F::from_slice(simd, &rays.t_max[row..row + LANES]);
+            let (o, d): ([W<S>; 3], [W<S>; 3]) =
+                (rows3(simd, &rays.origin, row), rows3(simd, &rays.dir, row));
+            let end = W::from_slice(simd, &rays.t_max[row..row + WIDE]);
             let inv = [one / d[0], one / d[1], one / d[2]];
             let size = [abs(d[0]), abs(d[1]), abs(d[2])];
             // The longest axis; of equal ones the first.
             let is_x = size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]);
             let is_y = size[1].simd_ge(size[2]);
-            let third = is_x.select(d[0], is_y.select(d[1], d[2]));
-            let second = is_x.select(d[2], is_y.select(d[0], d[1]));
-            let first = is_x.select(d[1], is_y.select(d[2], d[0]));
+            let pick = |x: W<S>, y: W<S>, z: W<S>| is_x.select(x, is_y.select(y, z));
+            let third = pick(d[0], d[1], d[2]);
             let castable = dot(d, d).simd_gt(zero)
                 & dot(d, d).simd_lt(inf)
                 & (abs(o[0]) + abs(o[1]) + abs(o[2])).simd_lt(inf)
                 & end.simd_gt(zero);
-            let axis =
-                is_x.select(U::splat(simd, 0), is_y.select(U::splat(simd, 2), U::splat(simd, 4)));
-            let sign = third.simd_lt(zero).select(U::splat(simd, 1), U::splat(simd, 0));
-            let class = castable.select(axis | sign, none);
-            let lanes = at..at + LANES;
+            let axis = is_x.select(code(0), is_y.select(code(2), code(4)));
+            let sign = third.simd_lt(zero).select(code(1), code(0));
+            let class = castable.select(axis | sign, code(NO_CLASS));
+            let lanes = at..at + WIDE;
             class.store_slice(&mut self.class[lanes.clone()]);
-            common &= class.simd_eq(U::splat(simd, self.class[0])).all_true();
+            common &= class.simd_eq(code(self.class[0])).all_true();
             for k in 0..3 {
                 o[k].store_slice(&mut self.o[k][lanes.clone()]);
                 d[k].store_slice(&mut self.d[k][lanes.clone()]);
                 inv[k].store_slice(&mut self.inv[k][lanes.clone()]);
             }
-            (first / third).store_slice(&mut self.shear[0][lanes.clone()]);
-            (second / third).store_slice(&mut self.shear[1][lanes.clone()]);
-            (one / third).store_slice(&mut self.shear[2][lanes.clone()]);
-            F::from_slice(simd, &rays.t_min[row..row + LANES])
-                .store_slice(&mut self.start[lanes.clone()]);
+            let shear = [
+                pick(d[1], d[2], d[0]) / third,
+                pick(d[2], d[0], d[1]) / third,
+                pick(inv[0], inv[1], inv[2]),
+            ];
+            for (to, shear) in self.shear.iter_mut().zip(shear) {
+                shear.store_slice(&mut to[lanes.clone()]);
+            }
+            self.start[lanes.clone()].copy_from_slice(&rays.t_min[row..row + WIDE]);
             end.store_slice(&mut self.t[lanes.clone()]);
-            U::splat(simd, HitCode::NONE.0).store_slice(&mut self.code[lanes.clone()]);
-            for (last, code) in self.last[lanes].iter_mut().zip(&rays.last[row..row + LANES]) {
+            self.code[lanes.clone()].fill(HitCode::NONE.0);
+            for (last, code) in self.last[lanes].iter_mut().zip(&rays.last[row..row + WIDE]) {
                 *last = code.0;
             }
         }
@@ -114,7 +110,7 @@ impl Bundle {
     /// Takes some of another bundle's rays.
     pub fn select(&mut self, from: &Bundle, slots: &[u8]) {
         self.len = slots.len();
-        let padded = self.len.next_multiple_of(LANES);
+        let padded = self.len.next_multiple_of(WIDE);
         // The last ray once more in lanes that are left over: no frustum grows by it.
         for i in 0..padded {
             let slot = usize::from(slots[i.min(slots.len() - 1)]) % RAYS;
@@ -147,11 +143,12 @@ impl Bundle {
     /// A bit for each ray that can hit anything, or anything more.
     #[inline(always)]
     pub fn castable<S: Simd>(&self, simd: S) -> u64 {
-        let (zero, none) = (F::splat(simd, 0.0), U::splat(simd, NO_CLASS));
+        let zero = W::splat(simd, 0.0);
+        let none = Codes::<S>::splat(simd, NO_CLASS);
         let mut all = 0;
-        for at in (0..RAYS).step_by(LANES) {
-            let t = F::from_slice(simd, &self.t[at..at + LANES]);
-            let class = U::from_slice(simd, &self.class[at..at + LANES]);
+        for at in (0..RAYS).step_by(WIDE) {
+            let t = W::from_slice(simd, &self.t[at..at + WIDE]);
+            let class = Codes::<S>::from_slice(simd, &self.class[at..at + WIDE]);
             let can = t.simd_gt(zero) & !class.simd_eq(none);
             all |= can.to_bitmask() << at;
         }
@@ -242,21 +239,21 @@ impl Bundle {
     /// The number of groups.
     #[inline(always)]
     pub fn groups(&self) -> usize {
-        self.len.div_ceil(LANES)
+        self.len.div_ceil(WIDE)
     }
 
     /// A group as kernels see it.
     #[inline(always)]
-    pub fn lanes<S: Simd>(&self, simd: S, group: usize) -> RayLanes<S> {
-        let at = group * LANES..(group + 1) * LANES;
-        let at = |c: &[f32; RAYS]| F::from_slice(simd, &c[at.clone()]);
+    pub fn lanes<S: Simd>(&self, simd: S, group: usize) -> RayLanes<S, W<S>> {
+        let first = group % GROUPS * WIDE;
+        let at = |c: &[f32; RAYS]| W::from_slice(simd, &c[first..first + WIDE]);
         let turn = self.turn;
         RayLanes {
             o: [at(&self.o[0]), at(&self.o[1]), at(&self.o[2])],
             d: [at(&self.d[0]), at(&self.d[1]), at(&self.d[2])],
             start: at(&self.start),
             inv: [at(&self.inv[0]), at(&self.inv[1]), at(&self.inv[2])],
-            last: U::from_slice(simd, &self.last[group * LANES..(group + 1) * LANES]),
+            last: Codes::<S>::from_slice(simd, &self.last[first..first + WIDE]),
             turn,
             shear: [at(&self.shear[0]), at(&self.shear[1]), at(&self.shear[2])],
             turned: [at(&self.o[turn[0]]), at(&self.o[turn[1]]), at(&self.o[turn[2]])],

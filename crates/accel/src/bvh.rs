@@ -78,7 +78,7 @@ fn walk<S: Simd, C: Counter>(
                         let ray = (ray, near);
                         found = through::cast(simd, copy, ray, question, found, keys, counter);
                     } else {
-                        counter.kernel(|| count::prims_of(blocks.codes(leaf.0, leaf.1)));
+                        counter.kernel(LANES, || count::prims_of(blocks.codes(leaf.0, leaf.1)));
                         found = test_any_kind(simd, blocks, leaf, ray, found, end);
                     }
                     if found != before {

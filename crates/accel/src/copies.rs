@@ -163,7 +163,7 @@ impl CopyBlock {
 
     /// Boxes of the mesh, put into the scene.
     #[inline(always)]
-    fn faces<S: Simd>(&self, simd: S, b: &BoxLanes<S>) -> BoxLanes<S> {
+    fn faces<S: Simd>(&self, simd: S, b: &BoxLanes<F<S>>) -> BoxLanes<F<S>> {
         let mut out = *b;
         // No number times infinity: an empty lane stays empty.
         let full = b.lo[0].simd_le(b.hi[0]);
@@ -183,7 +183,7 @@ impl CopyBlock {
 
     /// The boxes of a node's children, put into the scene.
     #[inline(always)]
-    pub fn children<S: Simd>(&self, simd: S, node: &Node) -> BoxLanes<S> {
+    pub fn children<S: Simd>(&self, simd: S, node: &Node) -> BoxLanes<F<S>> {
         let b = BoxLanes {
             lo: [node.faces(simd, 0), node.faces(simd, 1), node.faces(simd, 2)],
             hi: [node.faces(simd, 4), node.faces(simd, 5), node.faces(simd, 6)],
@@ -193,7 +193,7 @@ impl CopyBlock {
 
     /// Boxes that hold the own boxes of a leaf's triangles, in the scene.
     #[inline(always)]
-    pub fn around<S: Simd>(&self, simd: S, frame: &Frame) -> BoxLanes<S> {
+    pub fn around<S: Simd>(&self, simd: S, frame: &Frame) -> BoxLanes<F<S>> {
         self.faces(simd, &frame.boxes(simd))
     }
 

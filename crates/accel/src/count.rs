@@ -6,14 +6,14 @@
 //! order, since all that decides it is one sequence of IEEE operations.
 
 use crate::bundle::Bundle;
-use crate::lanes::{LANES, NO_PRIM};
+use crate::lanes::{LANES, NO_PRIM, WIDE};
 
 /// Told of each step of a traversal.
 pub trait Counter {
     /// A node's boxes were held against a ray, or against the frustum of a bundle.
     fn node(&mut self);
-    /// A kernel ran, in whose lanes so many rays met primitives; all other lanes were in vain.
-    fn kernel(&mut self, used: impl FnOnce() -> usize);
+    /// A kernel of so many lanes ran, in which so many rays met primitives; all others were in vain.
+    fn kernel(&mut self, lanes: usize, used: impl FnOnce() -> usize);
 }
 
 /// Counts nothing.
@@ -21,7 +21,7 @@ impl Counter for () {
     #[inline(always)]
     fn node(&mut self) {}
     #[inline(always)]
-    fn kernel(&mut self, _: impl FnOnce() -> usize) {}
+    fn kernel(&mut self, _: usize, _: impl FnOnce() -> usize) {}
 }
 
 /// What rays took.
@@ -31,14 +31,16 @@ pub struct Work {
     pub nodes: u64,
     /// Runs of a kernel: one ray against the primitives of a block, or rays of a bundle against one.
     pub kernels: u64,
-    /// Tests of one ray against one primitive, in the lanes of those runs.
+    /// The lanes of those runs.
+    pub lanes: u64,
+    /// Tests of one ray against one primitive, in those lanes.
     pub tests: u64,
 }
 
 impl Work {
     /// The share of the kernels' lanes in which a ray met a primitive, 0 to 1; 0 if none ran.
     pub fn occupancy(&self) -> f64 {
-        self.tests as f64 / (self.kernels * LANES as u64).max(1) as f64
+        self.tests as f64 / self.lanes.max(1) as f64
     }
 
     /// Visits and tests together.
@@ -51,6 +53,7 @@ impl std::ops::AddAssign for Work {
     fn add_assign(&mut self, other: Work) {
         self.nodes += other.nodes;
         self.kernels += other.kernels;
+        self.lanes += other.lanes;
         self.tests += other.tests;
     }
 }
@@ -62,8 +65,9 @@ impl Counter for Work {
     }
 
     #[inline(always)]
-    fn kernel(&mut self, used: impl FnOnce() -> usize) {
+    fn kernel(&mut self, lanes: usize, used: impl FnOnce() -> usize) {
         self.kernels += 1;
+        self.lanes += lanes as u64;
         self.tests += used() as u64;
     }
 }
@@ -75,6 +79,6 @@ pub fn prims_of(codes: &[u32; LANES]) -> usize {
 
 /// How many rays of a group are there, and not done with.
 pub fn rays_of(bundle: &Bundle, group: usize) -> usize {
-    let rays = group * LANES..bundle.len.min((group + 1) * LANES);
+    let rays = group * WIDE..bundle.len.min((group + 1) * WIDE);
     bundle.t[rays].iter().filter(|t| **t >= 0.0).count()
 }

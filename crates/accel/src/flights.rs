@@ -291,7 +291,7 @@ fn test_all<S: Simd, B: Block, C: Counter>(
             for (j, flight) in list[..count].iter().enumerate() {
                 let i = usize::from(*flight) % FLIGHTS;
                 let (slot, block) = (usize::from(f.slot[i]) % RAYS, f.next[i].index());
-                counter.kernel(|| count::prims_of(shelf.blocks[block].codes()));
+                counter.kernel(LANES, || count::prims_of(shelf.blocks[block].codes()));
                 let c = shelf.blocks[block].test(simd, &bundle.splat(simd, slot));
                 let is_near = c.hit & c.t.simd_le(F::splat(simd, bundle.t[slot]));
                 // No comparison takes a NaN.
@@ -376,7 +376,7 @@ struct Found {
 fn better<S: Simd>(
     simd: S,
     ray: &RayLanes<S>,
-    own: &BoxLanes<S>,
+    own: &BoxLanes<F<S>>,
     (t, code): (&[f32; LANES], &[u32; LANES]),
     mut best: (f32, u32),
 ) -> (f32, u32) {

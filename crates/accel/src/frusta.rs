@@ -10,8 +10,8 @@
 //! the slab test comes as near to it, in exact arithmetic, as 2^-19 of the way to it: that, and the
 //! rounding here, is what `SLACK` and the margin cover.
 
-use crate::bundle::Bundle;
-use crate::lanes::{F, LANES, M, TURN, abs, greater, lesser};
+use crate::bundle::{Bundle, GROUPS};
+use crate::lanes::{F, Floats, LANES, M, TURN, W, WIDE, abs, greater, lesser};
 use crate::rays::Question;
 use crate::slab::BoxLanes;
 use fearless_simd::prelude::*;
@@ -23,76 +23,104 @@ const SLACK: f32 = 1.0 / 32_768.0;
 const UNDERFLOW: f32 = 1e-30;
 
 /// Where a frustum narrows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Apex {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+enum Apex {
     /// At the rays' origins; t bounds it.
+    #[default]
     Origins,
     /// At their common end; its way from there bounds it.
     Ends,
 }
 
-/// Frusta in lanes, as memory.
-#[derive(Clone, Default)]
-#[repr(C, align(32))]
-pub(crate) struct Columns {
+/// One frustum as numbers, or several as lanes.
+#[derive(Clone, Copy, Default)]
+#[repr(C, align(64))]
+struct Frustum<T> {
     /// The least and greatest slope of the two lesser axes.
-    slope: [[[f32; LANES]; 2]; 2],
+    slope: [[T; 2]; 2],
     /// The box of apices, longest axis third.
-    lo: [[f32; LANES]; 3],
-    hi: [[f32; LANES]; 3],
+    lo: [T; 3],
+    hi: [T; 3],
     /// The least 1 / |direction| along the longest axis.
-    inv: [f32; LANES],
+    inv: T,
     /// The greatest t, or way along the longest axis.
-    end: [f32; LANES],
+    end: T,
     /// How far rays may stray from the frustum.
-    margin: [f32; LANES],
+    margin: T,
 }
 
-/// Frusta in lanes, or one in all lanes.
-#[derive(Clone, Copy)]
-struct Frusta<S: Simd> {
-    slope: [[F<S>; 2]; 2],
-    lo: [F<S>; 3],
-    hi: [F<S>; 3],
-    inv: F<S>,
-    end: F<S>,
-    margin: F<S>,
+/// Of two groups the frusta, each as often as a block has primitives.
+type Pair = Frustum<[f32; WIDE]>;
+
+/// The frusta of a bundle.
+#[derive(Clone, Default)]
+pub(crate) struct Frusta {
+    whole: Frustum<f32>,
+    pairs: [Pair; GROUPS / 2],
+    /// Where each group ends.
+    ends: [f32; GROUPS],
+    /// The sign of the longest axis, seen from the apex.
+    sign: f32,
+    apex: Apex,
 }
 
-impl Columns {
+impl<T> Frustum<T> {
+    /// The same of another kind.
     #[inline(always)]
-    fn lanes<S: Simd>(&self, simd: S) -> Frusta<S> {
-        let at = |c: &[f32; LANES]| F::from_slice(simd, c);
-        Frusta {
+    fn each<U>(&self, to: impl Fn(&T) -> U) -> Frustum<U> {
+        Frustum {
             slope: [
-                [at(&self.slope[0][0]), at(&self.slope[0][1])],
-                [at(&self.slope[1][0]), at(&self.slope[1][1])],
+                [to(&self.slope[0][0]), to(&self.slope[0][1])],
+                [to(&self.slope[1][0]), to(&self.slope[1][1])],
             ],
-            lo: [at(&self.lo[0]), at(&self.lo[1]), at(&self.lo[2])],
-            hi: [at(&self.hi[0]), at(&self.hi[1]), at(&self.hi[2])],
-            inv: at(&self.inv),
-            end: at(&self.end),
-            margin: at(&self.margin),
+            lo: [to(&self.lo[0]), to(&self.lo[1]), to(&self.lo[2])],
+            hi: [to(&self.hi[0]), to(&self.hi[1]), to(&self.hi[2])],
+            inv: to(&self.inv),
+            end: to(&self.end),
+            margin: to(&self.margin),
         }
     }
 }
 
-/// Where the frusta enter boxes at the earliest (at least 0), and whether rays in them may hit what
-/// is inside. `lo` and `hi` have the longest axis third.
+/// Writes the frustum of one of two groups.
 #[inline(always)]
-fn meet<S: Simd>(simd: S, f: &Frusta<S>, sign: f32, lo: [F<S>; 3], hi: [F<S>; 3]) -> (F<S>, M<S>) {
-    let zero = F::splat(simd, 0.0);
+fn put(pair: &mut Pair, second: usize, one: &Frustum<f32>) {
+    let lanes = second % 2 * LANES..(second % 2 + 1) * LANES;
+    let fill = |to: &mut [f32; WIDE], x: f32| to[lanes.clone()].fill(x);
+    for k in 0..2 {
+        fill(&mut pair.slope[k][0], one.slope[k][0]);
+        fill(&mut pair.slope[k][1], one.slope[k][1]);
+    }
+    for k in 0..3 {
+        fill(&mut pair.lo[k], one.lo[k]);
+        fill(&mut pair.hi[k], one.hi[k]);
+    }
+    fill(&mut pair.inv, one.inv);
+    fill(&mut pair.end, one.end);
+    fill(&mut pair.margin, one.margin);
+}
+
+/// Where the frusta enter boxes at the earliest (at least 0), and whether rays in them may hit what
+/// is inside. Boxes have the longest axis third.
+#[inline(always)]
+fn meet<S: Simd, V: Floats<S>>(
+    simd: S,
+    f: &Frustum<V>,
+    sign: f32,
+    b: &BoxLanes<V>,
+) -> (V, V::Mask) {
+    let zero = V::splat(simd, 0.0);
     // Along the longest axis: the least and greatest way from the apices.
     let (first, last) = if sign > 0.0 {
-        (lo[2] - f.hi[2], hi[2] - f.lo[2])
+        (b.lo[2] - f.hi[2], b.hi[2] - f.lo[2])
     } else {
-        (f.lo[2] - hi[2], f.hi[2] - lo[2])
+        (f.lo[2] - b.hi[2], f.hi[2] - b.lo[2])
     };
     let entry = greater(simd, first * f.inv, zero);
     let mut out = entry.simd_gt(f.end) | last.simd_lt(zero - f.margin);
     for k in 0..2 {
-        let above = lo[k] - f.hi[k];
-        let below = hi[k] - f.lo[k];
+        let above = b.lo[k] - f.hi[k];
+        let below = b.hi[k] - f.lo[k];
         let [least, most] = f.slope[k];
         let top = greater(simd, most * first, most * last);
         let bottom = lesser(simd, least * first, least * last);
@@ -116,192 +144,215 @@ impl Bundle {
     fn find_frusta<S: Simd>(&mut self, simd: S, question: Question) {
         let class = self.class[0];
         self.turn = TURN[(class >> 1) as usize % 3];
-        self.sign = if class & 1 == 0 { 1.0 } else { -1.0 };
-        self.apex = Apex::Origins;
-        let turn = self.turn;
-        let inf = F::splat(simd, f32::INFINITY);
-        let sign = F::splat(simd, self.sign);
+        let forward = if class & 1 == 0 { 1.0 } else { -1.0 };
+        self.frusta.sign = forward;
+        self.frusta.apex = Apex::Origins;
+        let shared = if question == Question::Any { self.bound_ends(simd) } else { None };
+        let one_eye = self.has_one_origin(simd);
+        let mut whole = Frustum {
+            slope: [[f32::INFINITY, f32::NEG_INFINITY]; 2],
+            lo: [f32::INFINITY; 3],
+            hi: [f32::NEG_INFINITY; 3],
+            inv: f32::INFINITY,
+            end: -1.0,
+            margin: UNDERFLOW,
+        };
         // Groups that are not there are met by nothing.
-        self.groups.end.fill(-1.0);
-        self.groups.margin.fill(UNDERFLOW);
-        let shared = question == Question::Any && self.bound_ends(simd);
-        let mut whole = [[inf; 6], [F::splat(simd, f32::NEG_INFINITY); 6]];
-        for g in 0..self.groups() {
-            let at = g * LANES..(g + 1) * LANES;
-            let (o0, o1, o2, s0, s1, inv) = if shared {
-                (
-                    F::from_slice(simd, &self.groups.lo[0]),
-                    F::from_slice(simd, &self.groups.lo[1]),
-                    F::from_slice(simd, &self.groups.lo[2]),
-                    self.end_slope(simd, 0, g),
-                    self.end_slope(simd, 1, g),
-                    F::splat(simd, 1.0),
-                )
-            } else {
-                (
-                    F::from_slice(simd, &self.o[turn[0]][at.clone()]),
-                    F::from_slice(simd, &self.o[turn[1]][at.clone()]),
-                    F::from_slice(simd, &self.o[turn[2]][at.clone()]),
-                    F::from_slice(simd, &self.shear[0][at.clone()]) * sign,
-                    F::from_slice(simd, &self.shear[1][at.clone()]) * sign,
-                    F::from_slice(simd, &self.shear[2][at.clone()]) * sign,
-                )
-            };
-            let all = [o0, o1, o2, s0, s1, inv];
-            for k in 0..6 {
-                whole[0][k] = lesser(simd, all[k], whole[0][k]);
-                whole[1][k] = greater(simd, all[k], whole[1][k]);
-            }
-            if !shared {
-                // Of one eye, which is soon seen, there is one box.
-                if g == 0 || !is_one(&whole) {
-                    for (k, axis) in all[..3].iter().enumerate() {
-                        self.groups.lo[k][g] = least(simd, *axis);
-                        self.groups.hi[k][g] = most(simd, *axis);
-                    }
-                } else {
-                    for k in 0..3 {
-                        self.groups.lo[k][g] = self.groups.lo[k][0];
-                        self.groups.hi[k][g] = self.groups.hi[k][0];
-                    }
+        self.frusta.ends = [-1.0; GROUPS];
+        for g in 0..GROUPS {
+            let mut one = whole;
+            (one.end, one.margin) = (-1.0, UNDERFLOW);
+            if g < self.groups() {
+                one = match &shared {
+                    Some(ends) => self.from_ends(simd, g, ends),
+                    None => self.from_origins(simd, g, forward, one_eye),
+                };
+                for k in 0..2 {
+                    whole.slope[k][0] = whole.slope[k][0].min(one.slope[k][0]);
+                    whole.slope[k][1] = whole.slope[k][1].max(one.slope[k][1]);
                 }
-                self.groups.end[g] = most(simd, F::from_slice(simd, &self.t[at]));
+                for k in 0..3 {
+                    whole.lo[k] = whole.lo[k].min(one.lo[k]);
+                    whole.hi[k] = whole.hi[k].max(one.hi[k]);
+                }
+                whole.inv = whole.inv.min(one.inv);
+                whole.end = whole.end.max(one.end);
+                whole.margin = one.margin;
             }
-            for k in 0..2 {
-                self.groups.slope[k][0][g] = least(simd, all[3 + k]) - SLACK;
-                self.groups.slope[k][1][g] = most(simd, all[3 + k]) + SLACK;
-            }
-            self.groups.inv[g] = least(simd, inv);
+            self.frusta.ends[g] = one.end;
+            put(&mut self.frusta.pairs[g / 2], g % 2, &one);
         }
-        for (k, (lo, hi)) in whole[0].iter().zip(&whole[1]).take(3).enumerate() {
-            self.whole.lo[k].fill(least(simd, *lo));
-            self.whole.hi[k].fill(most(simd, *hi));
-        }
-        for k in 0..2 {
-            self.whole.slope[k][0].fill(least(simd, whole[0][3 + k]) - SLACK);
-            self.whole.slope[k][1].fill(most(simd, whole[1][3 + k]) + SLACK);
-        }
-        self.whole.inv.fill(least(simd, whole[0][5]));
-        self.whole.margin = self.groups.margin;
-        self.whole.end.fill(self.groups.end.iter().copied().fold(-1.0, f32::max));
-        if shared {
+        self.frusta.whole = whole;
+        if shared.is_some() {
             // Seen from the ends, rays run backward.
-            self.sign = -self.sign;
+            self.frusta.sign = -forward;
+            self.frusta.apex = Apex::Ends;
         }
     }
 
-    /// Whether all rays end at one place, and the frusta's apex and margin if so.
+    /// Sixteen rows of a column, those of a group.
     #[inline(always)]
-    fn bound_ends<S: Simd>(&mut self, simd: S) -> bool {
+    fn column<'a>(&self, c: &'a [f32], g: usize) -> &'a [f32] {
+        &c[g % GROUPS * WIDE..(g % GROUPS + 1) * WIDE]
+    }
+
+    /// Whether all rays start at one place.
+    #[inline(always)]
+    fn has_one_origin<S: Simd>(&self, simd: S) -> bool {
+        let mut same = true;
+        for o in &self.o {
+            let first = W::splat(simd, o[0]);
+            for g in 0..self.groups() {
+                let at = W::from_slice(simd, self.column(o, g));
+                same &= at.simd_eq(first).all_true();
+            }
+        }
+        same
+    }
+
+    /// The frustum of a group from where its rays start.
+    #[inline(always)]
+    fn from_origins<S: Simd>(
+        &self,
+        simd: S,
+        g: usize,
+        forward: f32,
+        one_eye: bool,
+    ) -> Frustum<f32> {
+        let (turn, sign) = (self.turn, W::splat(simd, forward));
+        let at = |c: &[f32]| W::from_slice(simd, self.column(c, g));
+        let mut one = Frustum { margin: UNDERFLOW, ..Frustum::default() };
+        for k in 0..3 {
+            let o = &self.o[turn[k]];
+            if one_eye {
+                (one.lo[k], one.hi[k]) = (o[0], o[0]);
+            } else {
+                (one.lo[k], one.hi[k]) = (at(o).reduce_min(), at(o).reduce_max());
+            }
+        }
+        for k in 0..2 {
+            let slope = at(&self.shear[k]) * sign;
+            one.slope[k] = [slope.reduce_min() - SLACK, slope.reduce_max() + SLACK];
+        }
+        one.inv = (at(&self.shear[2]) * sign).reduce_min();
+        one.end = at(&self.t).reduce_max();
+        one
+    }
+
+    /// The frustum of a group from where its rays end.
+    #[inline(always)]
+    fn from_ends<S: Simd>(&self, simd: S, g: usize, ends: &Ends) -> Frustum<f32> {
+        let turn = self.turn;
+        let from_end = |k: usize| {
+            let o = W::from_slice(simd, self.column(&self.o[turn[k]], g));
+            o - W::splat(simd, ends.apex[k])
+        };
+        let way = abs(from_end(2));
+        let mut one = Frustum {
+            lo: ends.apex,
+            hi: ends.apex,
+            inv: 1.0,
+            margin: 4.0 * ends.stray + UNDERFLOW,
+            end: way.reduce_max() * (1.0 + SLACK) + 4.0 * ends.stray,
+            ..Frustum::default()
+        };
+        for k in 0..2 {
+            let slope = from_end(k) / way;
+            one.slope[k] = [slope.reduce_min() - SLACK, slope.reduce_max() + SLACK];
+        }
+        one
+    }
+
+    /// Where all rays end, if that is one place.
+    #[inline(always)]
+    fn bound_ends<S: Simd>(&self, simd: S) -> Option<Ends> {
         let turn = self.turn;
         let end = |i: usize, k: usize| self.o[turn[k]][i] + self.t[i] * self.d[turn[k]][i];
         let apex = [end(0, 0), end(0, 1), end(0, 2)];
-        let zero = F::splat(simd, 0.0);
-        let (mut stray, mut size, mut shortest) = (zero, zero, F::splat(simd, f32::INFINITY));
+        let zero = W::splat(simd, 0.0);
+        let (mut stray, mut size, mut shortest) = (zero, zero, W::splat(simd, f32::INFINITY));
         let mut finite = true;
-        for g in (0..self.groups() * LANES).step_by(LANES) {
-            let t = F::from_slice(simd, &self.t[g..g + LANES]);
-            finite &= t.simd_lt(F::splat(simd, f32::INFINITY)).all_true();
+        for g in 0..self.groups() {
+            let t = W::from_slice(simd, self.column(&self.t, g));
+            finite &= t.simd_lt(W::splat(simd, f32::INFINITY)).all_true();
             shortest = lesser(simd, t, shortest);
             let mut sum = t;
             for k in 0..3 {
-                let o = F::from_slice(simd, &self.o[turn[k]][g..g + LANES]);
-                let d = F::from_slice(simd, &self.d[turn[k]][g..g + LANES]);
-                stray = greater(simd, abs(o + t * d - F::splat(simd, apex[k])), stray);
+                let o = W::from_slice(simd, self.column(&self.o[turn[k]], g));
+                let d = W::from_slice(simd, self.column(&self.d[turn[k]], g));
+                stray = greater(simd, abs(o + t * d - W::splat(simd, apex[k])), stray);
                 sum += abs(o);
             }
             size = greater(simd, sum, size);
         }
-        let stray = most(simd, stray) + most(simd, size) * (1.0 / 262_144.0);
+        let stray = stray.reduce_max() + size.reduce_max() * (1.0 / 262_144.0);
         // So much nearer to each other than to any origin that all rays run the same way.
-        if !(finite && stray < least(simd, shortest) * (1.0 / 64.0)) {
-            return false;
-        }
-        self.apex = Apex::Ends;
-        for (k, at) in apex.into_iter().enumerate() {
-            self.groups.lo[k].fill(at);
-            self.groups.hi[k].fill(at);
-        }
-        self.groups.margin.fill(4.0 * stray + UNDERFLOW);
-        for g in 0..self.groups() {
-            let at = g * LANES..(g + 1) * LANES;
-            let o = F::from_slice(simd, &self.o[turn[2]][at]);
-            let way = abs(o - F::splat(simd, apex[2]));
-            self.groups.end[g] = most(simd, way) * (1.0 + SLACK) + 4.0 * stray;
-        }
-        true
+        (finite && stray < shortest.reduce_min() * (1.0 / 64.0)).then_some(Ends { apex, stray })
     }
 
-    /// The slopes from the apex to the origins of a group.
+    /// Which of eight boxes, the longest axis third, the bundle may hit before its ends, and where
+    /// at the earliest.
     #[inline(always)]
-    fn end_slope<S: Simd>(&self, simd: S, k: usize, g: usize) -> F<S> {
-        let at = g * LANES..(g + 1) * LANES;
-        let (turn, apex) = (self.turn, &self.groups.lo);
-        let u = F::from_slice(simd, &self.o[turn[k]][at.clone()]) - F::from_slice(simd, &apex[k]);
-        let w = F::from_slice(simd, &self.o[turn[2]][at]) - F::from_slice(simd, &apex[2]);
-        u / abs(w)
+    pub fn meet<S: Simd>(&self, simd: S, b: &BoxLanes<F<S>>) -> (F<S>, M<S>) {
+        let whole = self.frusta.whole.each(
+            #[inline(always)]
+            |x| F::splat(simd, *x),
+        );
+        meet(simd, &whole, self.frusta.sign, b)
     }
 
-    /// Which of eight boxes the bundle may hit before its ends, and where at the earliest.
+    /// Which groups may hit which of eight such boxes before their ends: eight bits a group, the
+    /// first lowest.
     #[inline(always)]
-    pub fn meet<S: Simd>(&self, simd: S, b: &BoxLanes<S>) -> (F<S>, u32) {
-        let t = self.turn;
-        let (lo, hi) = ([b.lo[t[0]], b.lo[t[1]], b.lo[t[2]]], [b.hi[t[0]], b.hi[t[1]], b.hi[t[2]]]);
-        let (entry, meets) = meet(simd, &self.whole.lanes(simd), self.sign, lo, hi);
-        (entry, meets.to_bitmask() as u32)
-    }
-
-    /// Which groups may hit a box (the same in all lanes) before their ends.
-    #[inline(always)]
-    pub fn meeting<S: Simd>(&self, simd: S, b: &BoxLanes<S>) -> u32 {
-        let t = self.turn;
-        let (lo, hi) = ([b.lo[t[0]], b.lo[t[1]], b.lo[t[2]]], [b.hi[t[0]], b.hi[t[1]], b.hi[t[2]]]);
-        let (_, meets) = meet(simd, &self.groups.lanes(simd), self.sign, lo, hi);
-        meets.to_bitmask() as u32 & ((1 << self.groups()) - 1)
+    pub fn meet_by_group<S: Simd>(&self, simd: S, b: &BoxLanes<F<S>>) -> u32 {
+        let twice = |x: F<S>| x.combine(x);
+        let b = BoxLanes {
+            lo: [twice(b.lo[0]), twice(b.lo[1]), twice(b.lo[2])],
+            hi: [twice(b.hi[0]), twice(b.hi[1]), twice(b.hi[2])],
+        };
+        let mut met = 0;
+        for (i, pair) in self.frusta.pairs.iter().enumerate() {
+            let pair = pair.each(
+                #[inline(always)]
+                |x| W::from_slice(simd, x),
+            );
+            let (_, meets) = meet(simd, &pair, self.frusta.sign, &b);
+            met |= (meets.to_bitmask() as u32) << (WIDE * i);
+        }
+        met
     }
 
     /// Where the bundle ends, in the measure of the entries that [`Bundle::meet`] gives.
     #[inline(always)]
     pub fn end(&self) -> f32 {
-        self.whole.end[0]
+        self.frusta.whole.end
     }
 
     /// Says that the rays of a group have a new t.
     #[inline(always)]
-    pub fn shorten<S: Simd>(&mut self, simd: S, group: usize, t: F<S>) {
-        let longest = most(simd, t);
-        match self.apex {
-            Apex::Origins => self.groups.end[group] = longest,
-            Apex::Ends if longest < 0.0 => self.groups.end[group] = -1.0,
+    pub fn shorten<S: Simd>(&mut self, group: usize, t: W<S>) {
+        let (longest, f) = (t.reduce_max(), &mut self.frusta);
+        let group = group % GROUPS;
+        f.ends[group] = match f.apex {
+            Apex::Origins => longest,
+            Apex::Ends if longest < 0.0 => -1.0,
             Apex::Ends => return,
-        }
-        let end = most(simd, F::from_slice(simd, &self.groups.end));
-        self.whole.end.fill(end);
+        };
+        let lanes = group % 2 * LANES..(group % 2 + 1) * LANES;
+        f.pairs[group / 2].end[lanes].fill(f.ends[group]);
+        f.whole.end = f.ends[0].max(f.ends[1]).max(f.ends[2].max(f.ends[3]));
     }
 
     /// How far the slopes spread, and how far the origins.
     pub fn spread(&self) -> (f32, f32) {
-        let w = &self.whole;
-        let slopes = (0..2).map(|k| w.slope[k][1][0] - w.slope[k][0][0]).sum();
-        (slopes, (0..3).map(|k| w.hi[k][0] - w.lo[k][0]).sum())
+        let w = &self.frusta.whole;
+        let slopes = (0..2).map(|k| w.slope[k][1] - w.slope[k][0]).sum();
+        (slopes, (0..3).map(|k| w.hi[k] - w.lo[k]).sum())
     }
 }
 
-/// Whether all origins so far are the same, lane by lane; that of the first group bounds them then.
-#[inline(always)]
-fn is_one<S: Simd>(whole: &[[F<S>; 6]; 2]) -> bool {
-    let same = |k: usize| whole[0][k].simd_eq(whole[1][k]);
-    (same(0) & same(1) & same(2)).all_true()
-}
-
-/// The least lane.
-#[inline(always)]
-fn least<S: Simd>(_simd: S, x: F<S>) -> f32 {
-    x.reduce_min()
-}
-
-/// The greatest lane.
-#[inline(always)]
-fn most<S: Simd>(_simd: S, x: F<S>) -> f32 {
-    x.reduce_max()
+/// Where rays end: one place, and how far at most they stray from it.
+struct Ends {
+    apex: [f32; 3],
+    stray: f32,
 }

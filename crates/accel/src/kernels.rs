@@ -1,7 +1,7 @@
 //! One test a shape. Each gives t, whether the ray hits, and the hit's code, before the box test.
 
 use crate::blocks::Pick;
-use crate::lanes::{F, LANES, M, RayLanes, U, V3, dot, sub};
+use crate::lanes::{F, Floats, LANES, RayLanes, WIDE, dot, sub};
 use crate::solid::{self, Leaves};
 use crate::solids::{self, Asked, HALF, Rows};
 use fearless_simd::prelude::*;
@@ -9,24 +9,24 @@ use reflet_pack::Solid;
 
 /// What a kernel answers.
 #[derive(Clone, Copy)]
-pub struct Candidate<S: Simd> {
+pub struct Candidate<S: Simd, V: Floats<S> = F<S>> {
     /// The distance; anything where `hit` is false.
-    pub t: F<S>,
+    pub t: V,
     /// Whether there is a root in front of the ray.
-    pub hit: M<S>,
+    pub hit: V::Mask,
     /// The primitive's code, with the inside bit.
-    pub code: U<S>,
+    pub code: V::Bits,
 }
 
 /// Spheres in lanes, or one in all lanes.
 #[derive(Clone, Copy)]
-pub struct SphereLanes<S: Simd> {
+pub struct SphereLanes<S: Simd, V: Floats<S>> {
     /// Centres.
-    pub center: V3<S>,
+    pub center: [V; 3],
     /// Radii.
-    pub radius: F<S>,
+    pub radius: V,
     /// Codes.
-    pub code: U<S>,
+    pub code: V::Bits,
 }
 
 /// Sphere: the discriminant as r² - |l - (l.d) d|², which does not cancel at long range (Haines et
@@ -35,8 +35,12 @@ pub struct SphereLanes<S: Simd> {
 /// The near root counts if it is in front and the ray does not leave this sphere; else the far root,
 /// if the ray does not leave it on its outside.
 #[inline(always)]
-pub fn sphere<S: Simd>(simd: S, ray: &RayLanes<S>, s: &SphereLanes<S>) -> Candidate<S> {
-    let zero = F::splat(simd, 0.0);
+pub fn sphere<S: Simd, V: Floats<S>>(
+    simd: S,
+    ray: &RayLanes<S, V>,
+    s: &SphereLanes<S, V>,
+) -> Candidate<S, V> {
+    let zero = V::splat(simd, 0.0);
     let l = sub(s.center, ray.o);
     let b = dot(l, ray.d);
     let across = [l[0] - b * ray.d[0], l[1] - b * ray.d[1], l[2] - b * ray.d[2]];
@@ -58,18 +62,22 @@ pub fn sphere<S: Simd>(simd: S, ray: &RayLanes<S>, s: &SphereLanes<S>) -> Candid
 
 /// Planes in lanes, or one in all lanes.
 #[derive(Clone, Copy)]
-pub struct PlaneLanes<S: Simd> {
+pub struct PlaneLanes<S: Simd, V: Floats<S>> {
     /// A point of each.
-    pub point: V3<S>,
+    pub point: [V; 3],
     /// Unit normals.
-    pub normal: V3<S>,
+    pub normal: [V; 3],
     /// Codes.
-    pub code: U<S>,
+    pub code: V::Bits,
 }
 
 /// Plane: n.(point - o) / n.d.
 #[inline(always)]
-pub fn plane<S: Simd>(_simd: S, ray: &RayLanes<S>, p: &PlaneLanes<S>) -> Candidate<S> {
+pub fn plane<S: Simd, V: Floats<S>>(
+    _simd: S,
+    ray: &RayLanes<S, V>,
+    p: &PlaneLanes<S, V>,
+) -> Candidate<S, V> {
     let t = dot(p.normal, sub(p.point, ray.o)) / dot(p.normal, ray.d);
     let hit = t.simd_gt(ray.start) & !(ray.last & !1u32).simd_eq(p.code);
     Candidate { t, hit, code: p.code }
@@ -77,21 +85,25 @@ pub fn plane<S: Simd>(_simd: S, ray: &RayLanes<S>, p: &PlaneLanes<S>) -> Candida
 
 /// Quads in lanes, or one in all lanes.
 #[derive(Clone, Copy)]
-pub struct QuadLanes<S: Simd> {
+pub struct QuadLanes<S: Simd, V: Floats<S>> {
     /// Corners in order around, the rays' longest axis third.
-    pub corners: [V3<S>; 4],
+    pub corners: [[V; 3]; 4],
     /// The first corner, axes as they are.
-    pub point: V3<S>,
+    pub point: [V; 3],
     /// Unit normals, axes as they are.
-    pub normal: V3<S>,
+    pub normal: [V; 3],
     /// Codes.
-    pub code: U<S>,
+    pub code: V::Bits,
 }
 
 /// Quad: inside by the signs of four watertight edge functions, t by its plane.
 #[inline(always)]
-pub fn quad<S: Simd>(simd: S, ray: &RayLanes<S>, q: &QuadLanes<S>) -> Candidate<S> {
-    let zero = F::splat(simd, 0.0);
+pub fn quad<S: Simd, V: Floats<S>>(
+    simd: S,
+    ray: &RayLanes<S, V>,
+    q: &QuadLanes<S, V>,
+) -> Candidate<S, V> {
+    let zero = V::splat(simd, 0.0);
     let o = ray.turned;
     let a = sheared(ray, sub(q.corners[0], o));
     let b = sheared(ray, sub(q.corners[1], o));
@@ -114,19 +126,23 @@ pub fn quad<S: Simd>(simd: S, ray: &RayLanes<S>, q: &QuadLanes<S>) -> Candidate<
 
 /// Triangles in lanes, or one in all lanes.
 #[derive(Clone, Copy)]
-pub struct TriangleLanes<S: Simd> {
+pub struct TriangleLanes<S: Simd, V: Floats<S>> {
     /// Corners, the rays' longest axis third.
-    pub corners: [V3<S>; 3],
+    pub corners: [[V; 3]; 3],
     /// Codes.
-    pub code: U<S>,
+    pub code: V::Bits,
 }
 
 /// Triangle: Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2013. A function
 /// of an edge is the exact negative of its neighbour's, and 0 counts as inside for both, so a ray at
 /// a shared edge hits one of the two at least. Both sides count.
 #[inline(always)]
-pub fn triangle<S: Simd>(simd: S, ray: &RayLanes<S>, tri: &TriangleLanes<S>) -> Candidate<S> {
-    let zero = F::splat(simd, 0.0);
+pub fn triangle<S: Simd, V: Floats<S>>(
+    simd: S,
+    ray: &RayLanes<S, V>,
+    tri: &TriangleLanes<S, V>,
+) -> Candidate<S, V> {
+    let zero = V::splat(simd, 0.0);
     let o = ray.turned;
     let (pa, pb, pc) = (sub(tri.corners[0], o), sub(tri.corners[1], o), sub(tri.corners[2], o));
     let (a, b, c) = (sheared(ray, pa), sheared(ray, pb), sheared(ray, pc));
@@ -146,13 +162,13 @@ pub fn triangle<S: Simd>(simd: S, ray: &RayLanes<S>, tri: &TriangleLanes<S>) -> 
 /// Solids: those lanes of `asked`, in `f64`, gathered to four at once ([`solids::hit`]). One alone is
 /// asked in scalar code ([`solid::hit`]), of which lanes are a copy.
 #[inline(always)]
-pub fn solids<S: Simd>(
+pub fn solids<S: Simd, V: Floats<S>>(
     simd: S,
-    ray: &RayLanes<S>,
+    ray: &RayLanes<S, V>,
     (rows, pick): (&[Solid; LANES], Pick),
-    (code, asked): (U<S>, M<S>),
-) -> Candidate<S> {
-    let (mut t, mut outward) = ([f32::NAN; LANES], [0.0; LANES]);
+    (code, asked): (V::Bits, V::Mask),
+) -> Candidate<S, V> {
+    let (mut t, mut outward) = ([f32::NAN; WIDE], [0.0; WIDE]);
     let (o, d) = (ray.o, ray.d);
     let o = [o[0].as_slice(), o[1].as_slice(), o[2].as_slice()];
     let d = [d[0].as_slice(), d[1].as_slice(), d[2].as_slice()];
@@ -162,7 +178,7 @@ pub fn solids<S: Simd>(
         let mut lanes = [0; HALF];
         let mut len = 0;
         while bits != 0 && len < HALF {
-            lanes[len] = bits.trailing_zeros() as usize % LANES;
+            lanes[len] = bits.trailing_zeros() as usize % V::LEN;
             bits &= bits - 1;
             len += 1;
         }
@@ -198,20 +214,20 @@ pub fn solids<S: Simd>(
             (t[k], outward[k]) = (found.t[i], found.outward[i]);
         }
     }
-    let t = F::from_slice(simd, &t);
-    let outward = F::from_slice(simd, &outward).simd_gt(0.0);
+    let t = V::from_slice(simd, &t[..V::LEN]);
+    let outward = V::from_slice(simd, &outward[..V::LEN]).simd_gt(0.0);
     Candidate { t, hit: t.simd_eq(t), code: outward.select(code | 1u32, code) }
 }
 
 /// `p` (relative to the ray's origin, the longest axis third) in the space where the ray is the
 /// third axis.
 #[inline(always)]
-fn sheared<S: Simd>(ray: &RayLanes<S>, p: V3<S>) -> V3<S> {
+fn sheared<S: Simd, V: Floats<S>>(ray: &RayLanes<S, V>, p: [V; 3]) -> [V; 3] {
     [p[0] - ray.shear[0] * p[2], p[1] - ray.shear[1] * p[2], ray.shear[2] * p[2]]
 }
 
 /// On which side of the ray the edge from `p` to `q` passes.
 #[inline(always)]
-fn edge<S: Simd>(p: V3<S>, q: V3<S>) -> F<S> {
+fn edge<S: Simd, V: Floats<S>>(p: [V; 3], q: [V; 3]) -> V {
     p[0] * q[1] - p[1] * q[0]
 }

@@ -1,6 +1,6 @@
 //! Streams of rays, and what they hit.
 
-use crate::lanes::LANES;
+use crate::lanes::WIDE;
 use reflet_pack::PrimId;
 
 /// What a ray hit, or what it leaves: a primitive, and from which side.
@@ -115,7 +115,7 @@ impl Rays {
 
     /// Pads all columns to whole lanes with rays that hit nothing.
     pub fn pad(&mut self) {
-        let padded = self.len.next_multiple_of(LANES);
+        let padded = self.len.next_multiple_of(WIDE);
         for k in 0..3 {
             self.origin[k].resize(padded, 0.0);
             self.dir[k].resize(padded, 0.0);

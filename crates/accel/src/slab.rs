@@ -1,6 +1,6 @@
 //! The box test: the one slab routine.
 
-use crate::lanes::{F, M, RayLanes, V3, greater, lesser};
+use crate::lanes::{Floats, RayLanes, greater, lesser};
 use fearless_simd::prelude::*;
 
 /// How much later than its own arithmetic a ray leaves a box, as a factor. Each plane's t errs by
@@ -10,11 +10,11 @@ pub const LEAVE: f32 = 1.0 + 1.0 / 1_048_576.0;
 
 /// Boxes in lanes, or one in all lanes.
 #[derive(Clone, Copy)]
-pub struct BoxLanes<S: Simd> {
+pub struct BoxLanes<V> {
     /// The least x, y, z.
-    pub lo: V3<S>,
+    pub lo: [V; 3],
     /// The greatest x, y, z.
-    pub hi: V3<S>,
+    pub hi: [V; 3],
 }
 
 /// Where rays enter boxes (at least 0), and whether they pass them.
@@ -22,10 +22,14 @@ pub struct BoxLanes<S: Simd> {
 /// A plane that contains the ray gives a NaN (0 times infinity), which no comparison takes: the ray
 /// is not bounded by it.
 #[inline(always)]
-pub fn enter<S: Simd>(simd: S, ray: &RayLanes<S>, b: &BoxLanes<S>) -> (F<S>, M<S>) {
-    let zero = F::splat(simd, 0.0);
+pub fn enter<S: Simd, V: Floats<S>>(
+    simd: S,
+    ray: &RayLanes<S, V>,
+    b: &BoxLanes<V>,
+) -> (V, V::Mask) {
+    let zero = V::splat(simd, 0.0);
     let mut entry = zero;
-    let mut exit = F::splat(simd, f32::INFINITY);
+    let mut exit = V::splat(simd, f32::INFINITY);
     for k in 0..3 {
         let is_negative = ray.inv[k].simd_lt(zero);
         let near = (is_negative.select(b.hi[k], b.lo[k]) - ray.o[k]) * ray.inv[k];

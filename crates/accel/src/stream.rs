@@ -10,7 +10,7 @@ use crate::lanes::LANES;
 use crate::rays::{HitCode, Question, Rays};
 use crate::tile;
 use crate::tree::Tree;
-use crate::visit::Key;
+use crate::visit::{Key, Todo};
 use fearless_simd::prelude::*;
 
 /// What rays are cast at.
@@ -57,6 +57,7 @@ pub struct Memory {
     taken: Box<Bundle>,
     some: Box<Bundle>,
     stack: Vec<Key>,
+    todo: Vec<u32>,
     stacks: Option<Stacks>,
 }
 
@@ -76,9 +77,11 @@ pub fn cast<S: Simd, C: Counter>(
         return;
     }
     let limits = Limits::of(what, question);
-    let Memory { taken, some, stack, stacks } = memory;
+    let Memory { taken, some, stack, todo, stacks } = memory;
     let depth = what.tree.depth + what.below.depth;
     stack.resize(stack.len().max(LANES * (depth + 2)), 0);
+    // Of each column, what all nodes on the way may leave, and what is written at once.
+    todo.resize(todo.len().max(2 * LANES * (depth + 3)), 0);
     let stacks = stacks.get_or_insert_default();
     stacks.fit(what.tree);
     for first in (0..rays.len()).step_by(RAYS) {
@@ -86,7 +89,7 @@ pub fn cast<S: Simd, C: Counter>(
         let mut alone = 0;
         if taken.take(simd, rays, first).is_some() {
             taken.bound(simd, question);
-            if !cast_bundle(simd, (what, limits), question, taken, stack, counter) {
+            if !cast_bundle(simd, (what, limits), question, taken, todo, counter) {
                 alone = taken.castable(simd);
             }
         } else if what.list.is_empty()
@@ -106,7 +109,7 @@ pub fn cast<S: Simd, C: Counter>(
                     let slots = &slots[..count];
                     some.select(taken, slots);
                     some.bound(simd, question);
-                    let through = cast_bundle(simd, (what, limits), question, some, stack, counter);
+                    let through = cast_bundle(simd, (what, limits), question, some, todo, counter);
                     for (i, slot) in slots.iter().enumerate() {
                         let slot = usize::from(*slot) % RAYS;
                         (taken.t[slot], taken.code[slot]) = (some.t[i], some.code[i]);
@@ -201,17 +204,18 @@ fn cast_bundle<S: Simd, C: Counter>(
     (what, limits): (Structures<'_>, Limits),
     question: Question,
     bundle: &mut Bundle,
-    stack: &mut [Key],
+    room: &mut [u32],
     counter: &mut C,
 ) -> bool {
-    tile::cast_at_list(simd, what.list, bundle, question, stack, counter);
+    tile::cast_at_list(simd, what.list, bundle, question, Todo::new(room), counter);
     if what.tree.nodes.is_empty() {
         return true;
     }
     let (slopes, origins) = bundle.spread();
     let runs = slopes < limits.spread && origins < limits.apart && bundle.len > LANES;
     if runs {
-        tile::cast(simd, (what.tree, what.leaves), bundle, question, stack, counter);
+        let tree = (what.tree, what.leaves);
+        tile::cast(simd, tree, bundle, question, Todo::new(room), counter);
     }
     runs
 }

@@ -60,7 +60,7 @@ fn walk<S: Simd, C: Counter>(
             }
             Err((_, block)) => {
                 let block_of = &copy.mesh.blocks.triangles.blocks[block];
-                counter.kernel(|| count::prims_of(block_of.codes()));
+                counter.kernel(LANES, || count::prims_of(block_of.codes()));
                 let before = found;
                 found = test(simd, copy, block, ray, (found, end), &mut placed);
                 if question == Question::Any && found != before {

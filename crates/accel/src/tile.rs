@@ -1,18 +1,19 @@
-//! A bundle of rays through the list and the tree: boxes against the bundle's frustum, eight at a
-//! time; then each primitive that it may hit against the frusta of its groups; and the groups that
-//! are left, eight rays in lanes, against the primitive.
+//! A bundle of rays through the list and the tree: the boxes of a node against the bundle's frustum,
+//! eight at once; those of a leaf against the frusta of its groups, two groups at once; and then each
+//! primitive against the groups that may hit it, sixteen rays at once.
 
 use crate::blocks::{Block, Blocks, Shelf};
-use crate::bundle::Bundle;
+use crate::bundle::{Bundle, GROUPS};
 use crate::copies::{CopyBlock, PlacedTriangles};
 use crate::count::{self, Counter};
 use crate::kernels::Candidate;
-use crate::lanes::{F, LANES, RayLanes, U, splat3};
+use crate::lanes::{Codes, F, LANES, RayLanes, W, WIDE, splat3};
+use crate::order;
 use crate::prefetch::prefetch;
 use crate::rays::Question;
 use crate::slab::{BoxLanes, enter};
 use crate::tree::{Child, Node, Tree};
-use crate::visit::{Key, entry_of, insert, key};
+use crate::visit::Todo;
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
 
@@ -23,7 +24,7 @@ pub fn cast_at_list<S: Simd, C: Counter>(
     list: &Blocks,
     bundle: &mut Bundle,
     question: Question,
-    stack: &mut [Key],
+    mut todo: Todo<'_>,
     counter: &mut C,
 ) {
     for block in 0..list.spheres.blocks.len() {
@@ -42,7 +43,7 @@ pub fn cast_at_list<S: Simd, C: Counter>(
         test_apart(simd, &list.solids, block, bundle, question, counter);
     }
     for copy in &list.copies {
-        walk_copy(simd, copy, bundle, question, stack, counter);
+        walk_copy(simd, copy, bundle, question, todo.above(0), counter);
     }
 }
 
@@ -53,33 +54,33 @@ pub fn cast<S: Simd, C: Counter>(
     tree: (&Tree, &Blocks),
     bundle: &mut Bundle,
     question: Question,
-    stack: &mut [Key],
+    todo: Todo<'_>,
     counter: &mut C,
 ) {
     simd.vectorize(
         #[inline(always)]
-        || walk(simd, tree, bundle, question, stack, counter),
+        || walk(simd, tree, bundle, question, todo, counter),
     );
 }
 
 /// What a bundle can be followed through.
 trait Space<S: Simd>: Copy {
-    /// A node, and the boxes of its children.
-    fn node<'a>(self, simd: S, index: usize) -> (&'a Node, BoxLanes<S>)
+    /// A node, and the boxes of its children with the axes in such an order.
+    fn node<'a>(self, simd: S, index: usize, turn: [usize; 3]) -> (&'a Node, BoxLanes<F<S>>)
     where
         Self: 'a;
 
     /// Asks for what a child is.
     fn ask_for(self, child: Child);
 
-    /// Tests the bundle against a leaf. `keys` is what is left of the stack.
+    /// Tests the bundle against a leaf. `todo` is what is left of the room.
     fn test<C: Counter>(
         self,
         simd: S,
         leaf: (ShapeKind, usize),
         bundle: &mut Bundle,
         question: Question,
-        keys: &mut [Key],
+        todo: Todo<'_>,
         counter: &mut C,
     );
 }
@@ -87,16 +88,19 @@ trait Space<S: Simd>: Copy {
 /// The scene's tree.
 impl<S: Simd> Space<S> for (&Tree, &Blocks) {
     #[inline(always)]
-    fn node<'a>(self, simd: S, index: usize) -> (&'a Node, BoxLanes<S>)
+    fn node<'a>(self, simd: S, index: usize, turn: [usize; 3]) -> (&'a Node, BoxLanes<F<S>>)
     where
         Self: 'a,
     {
         let node = &self.0.nodes[index];
-        let boxes = BoxLanes {
-            lo: [node.faces(simd, 0), node.faces(simd, 1), node.faces(simd, 2)],
-            hi: [node.faces(simd, 4), node.faces(simd, 5), node.faces(simd, 6)],
+        let rows = |first: usize| {
+            [
+                node.faces(simd, first + turn[0]),
+                node.faces(simd, first + turn[1]),
+                node.faces(simd, first + turn[2]),
+            ]
         };
-        (node, boxes)
+        (node, BoxLanes { lo: rows(0), hi: rows(Node::HI) })
     }
 
     #[inline(always)]
@@ -119,7 +123,7 @@ impl<S: Simd> Space<S> for (&Tree, &Blocks) {
         (kind, block): (ShapeKind, usize),
         bundle: &mut Bundle,
         question: Question,
-        keys: &mut [Key],
+        todo: Todo<'_>,
         counter: &mut C,
     ) {
         let blocks = self.1;
@@ -135,7 +139,7 @@ impl<S: Simd> Space<S> for (&Tree, &Blocks) {
             }
             ShapeKind::Solid => test_apart(simd, &blocks.solids, block, bundle, question, counter),
             ShapeKind::Copy => {
-                walk_copy(simd, &blocks.copies[block], bundle, question, keys, counter)
+                walk_copy(simd, &blocks.copies[block], bundle, question, todo, counter)
             }
         }
     }
@@ -144,12 +148,12 @@ impl<S: Simd> Space<S> for (&Tree, &Blocks) {
 /// The tree of a copy's mesh.
 impl<S: Simd> Space<S> for &CopyBlock {
     #[inline(always)]
-    fn node<'a>(self, simd: S, index: usize) -> (&'a Node, BoxLanes<S>)
+    fn node<'a>(self, simd: S, index: usize, turn: [usize; 3]) -> (&'a Node, BoxLanes<F<S>>)
     where
         Self: 'a,
     {
         let node = &self.mesh.tree.nodes[index];
-        (node, self.children(simd, node))
+        (node, turned(self.children(simd, node), turn))
     }
 
     #[inline(always)]
@@ -167,22 +171,22 @@ impl<S: Simd> Space<S> for &CopyBlock {
         (_, block): (ShapeKind, usize),
         bundle: &mut Bundle,
         question: Question,
-        _: &mut [Key],
+        _: Todo<'_>,
         counter: &mut C,
     ) {
         let frame = &self.mesh.blocks.triangles.frames[block];
-        let (_, mut prims) = bundle.meet(simd, &self.around(simd, frame));
-        if prims == 0 {
+        let around = turned(self.around(simd, frame), bundle.turn);
+        let mut met = bundle.meet_by_group(simd, &around);
+        if met == 0 {
             return;
         }
         let mut placed = PlacedTriangles::default();
         self.place_leaf(block, &mut placed);
-        while prims != 0 {
-            let lane = prims.trailing_zeros() as usize % LANES;
-            prims &= prims - 1;
+        while met != 0 {
+            let (group, lane) = first_of(&mut met);
             let b = placed.bounds(lane);
             let own = BoxLanes { lo: splat3(simd, b.lo), hi: splat3(simd, b.hi) };
-            test_lane(simd, (placed.block(), lane), &own, bundle, question, counter);
+            test_lane(simd, (placed.block(), lane), &own, (bundle, group), question, counter);
         }
     }
 }
@@ -195,7 +199,7 @@ fn walk_copy<S: Simd, C: Counter>(
     copy: &CopyBlock,
     bundle: &mut Bundle,
     question: Question,
-    keys: &mut [Key],
+    todo: Todo<'_>,
     counter: &mut C,
 ) {
     if copy.mesh.tree.nodes.is_empty() || copy.bounds().is_empty() {
@@ -203,45 +207,44 @@ fn walk_copy<S: Simd, C: Counter>(
     }
     simd.vectorize(
         #[inline(always)]
-        || walk(simd, copy, bundle, question, keys, counter),
+        || walk(simd, copy, bundle, question, todo, counter),
     );
 }
 
 #[inline(always)]
-fn walk<S: Simd, W: Space<S>, C: Counter>(
+fn walk<S: Simd, P: Space<S>, C: Counter>(
     simd: S,
-    space: W,
+    space: P,
     bundle: &mut Bundle,
     question: Question,
-    stack: &mut [Key],
+    mut todo: Todo<'_>,
     counter: &mut C,
 ) {
+    let octant = bundle.octant(0);
     let mut top = 0;
     let mut index = 0;
     loop {
         counter.node();
-        let (node, boxes) = space.node(simd, index);
-        let (entry, mut bits) = bundle.meet(simd, &boxes);
-        let entries = entry.as_slice();
-        let bottom = top;
-        while bits != 0 {
-            let lane = bits.trailing_zeros() as usize % LANES;
-            bits &= bits - 1;
-            top = insert(stack, bottom, top, key(entries[lane], node.child(lane)));
-            space.ask_for(node.child(lane));
+        let (node, boxes) = space.node(simd, index, bundle.turn);
+        let (entry, meets) = bundle.meet(simd, &boxes);
+        let met = order::pack(simd, entry, meets, node.children(), node.order(octant));
+        todo.put(top, &met);
+        for i in top..top + met.count as usize {
+            space.ask_for(todo.child(i));
         }
+        top += met.count as usize;
         index = loop {
             if top == 0 {
                 return;
             }
             top -= 1;
-            if entry_of(stack[top]) > bundle.end() {
+            if todo.entry(top) > bundle.end() {
                 continue;
             }
-            match Child(stack[top] as u32).target() {
+            match todo.child(top).target() {
                 Ok(node) => break node,
                 Err(leaf) => {
-                    space.test(simd, leaf, bundle, question, &mut stack[top..], counter);
+                    space.test(simd, leaf, bundle, question, todo.above(top), counter);
                 }
             }
         };
@@ -252,6 +255,21 @@ fn walk<S: Simd, W: Space<S>, C: Counter>(
 fn ask_for<B: Block>(shelf: &Shelf<B>, block: usize) {
     prefetch(&shelf.frames, block);
     prefetch(&shelf.blocks, block);
+}
+
+/// Boxes with the axes in another order.
+#[inline(always)]
+fn turned<S: Simd>(b: BoxLanes<F<S>>, t: [usize; 3]) -> BoxLanes<F<S>> {
+    let turn = |v: [F<S>; 3]| [v[t[0]], v[t[1]], v[t[2]]];
+    BoxLanes { lo: turn(b.lo), hi: turn(b.hi) }
+}
+
+/// Takes the first group and primitive from what [`Bundle::meet_by_group`] gives.
+#[inline(always)]
+fn first_of(met: &mut u32) -> (usize, usize) {
+    let first = met.trailing_zeros() as usize;
+    *met &= *met - 1;
+    (first / LANES % GROUPS, first % LANES)
 }
 
 /// Tests the bundle against a block. (Not inlined: a copy for each caller would double the build.)
@@ -266,48 +284,32 @@ fn test_apart<S: Simd, B: Block, C: Counter>(
 ) {
     simd.vectorize(
         #[inline(always)]
-        || test(simd, shelf, block, bundle, question, counter),
+        || {
+            let (frame, block) = (&shelf.frames[block], &shelf.blocks[block]);
+            let mut met = bundle.meet_by_group(simd, &frame.turned(simd, bundle.turn));
+            while met != 0 {
+                let (group, lane) = first_of(&mut met);
+                let own = frame.box_of(simd, lane);
+                test_lane(simd, (block, lane), &own, (bundle, group), question, counter);
+            }
+        },
     );
 }
 
-#[inline(always)]
-fn test<S: Simd, B: Block, C: Counter>(
-    simd: S,
-    shelf: &Shelf<B>,
-    block: usize,
-    bundle: &mut Bundle,
-    question: Question,
-    counter: &mut C,
-) {
-    let (frame, block) = (&shelf.frames[block], &shelf.blocks[block]);
-    let (_, mut prims) = bundle.meet(simd, &frame.boxes(simd));
-    while prims != 0 {
-        let lane = prims.trailing_zeros() as usize % LANES;
-        prims &= prims - 1;
-        let own = frame.box_of(simd, lane);
-        test_lane(simd, (block, lane), &own, bundle, question, counter);
-    }
-}
-
-/// Tests the bundle against one lane of a block, which has this own box.
+/// Tests a group against one lane of a block, which has this own box.
 #[inline(always)]
 fn test_lane<S: Simd, B: Block, C: Counter>(
     simd: S,
     (block, lane): (&B, usize),
-    own: &BoxLanes<S>,
-    bundle: &mut Bundle,
+    own: &BoxLanes<W<S>>,
+    (bundle, group): (&mut Bundle, usize),
     question: Question,
     counter: &mut C,
 ) {
-    let mut groups = bundle.meeting(simd, own);
-    while groups != 0 {
-        let group = groups.trailing_zeros() as usize % LANES;
-        groups &= groups - 1;
-        counter.kernel(|| count::rays_of(bundle, group));
-        let ray = bundle.lanes(simd, group);
-        let c = block.test_one(simd, &ray, lane);
-        take(simd, bundle, group, (&ray, &c, own), question);
-    }
+    counter.kernel(WIDE, || count::rays_of(bundle, group));
+    let ray = bundle.lanes(simd, group);
+    let c = block.test_one(simd, &ray, lane);
+    take(simd, bundle, group, (&ray, &c, own), question);
 }
 
 /// Notes where a group's rays hit a primitive of this box, where that is nearer than before.
@@ -316,25 +318,25 @@ fn take<S: Simd>(
     simd: S,
     bundle: &mut Bundle,
     group: usize,
-    (ray, c, own): (&RayLanes<S>, &Candidate<S>, &BoxLanes<S>),
+    (ray, c, own): (&RayLanes<S, W<S>>, &Candidate<S, W<S>>, &BoxLanes<W<S>>),
     question: Question,
 ) {
-    let at = group * LANES..(group + 1) * LANES;
-    let best = F::from_slice(simd, &bundle.t[at.clone()]);
+    let first = group % GROUPS * WIDE;
+    let best = W::from_slice(simd, &bundle.t[first..first + WIDE]);
     if (c.hit & c.t.simd_le(best)).any_true() {
         let (entry, passes) = enter(simd, ray, own);
         let t = entry.simd_gt(c.t).select(entry, c.t);
-        let code = U::from_slice(simd, &bundle.code[at.clone()]);
+        let code = Codes::<S>::from_slice(simd, &bundle.code[first..first + WIDE]);
         let wins = t.simd_lt(best) | (t.simd_eq(best) & c.code.simd_lt(code));
         let take = c.hit & passes & wins;
         let t = match question {
             Question::Closest => t,
             // One hit is enough.
-            Question::Any => F::splat(simd, -1.0),
+            Question::Any => W::splat(simd, -1.0),
         };
         let best = take.select(t, best);
-        best.store_slice(&mut bundle.t[at.clone()]);
-        take.select(c.code, code).store_slice(&mut bundle.code[at]);
-        bundle.shorten(simd, group, best);
+        best.store_slice(&mut bundle.t[first..first + WIDE]);
+        take.select(c.code, code).store_slice(&mut bundle.code[first..first + WIDE]);
+        bundle.shorten(group, best);
     }
 }

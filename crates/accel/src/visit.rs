@@ -2,6 +2,7 @@
 
 use crate::blocks::Blocks;
 use crate::lanes::{F, LANES, V3, greater, lesser};
+use crate::order::Packed;
 use crate::prefetch::prefetch;
 use crate::slab::LEAVE;
 use crate::tree::{Child, Node, Tree};
@@ -125,5 +126,45 @@ pub fn ask_for(tree: &Tree, blocks: &Blocks, child: Child) {
         Err((ShapeKind::Solid, block)) => prefetch(&blocks.solids.blocks, block),
         Err((ShapeKind::Copy, block)) => prefetch(&blocks.copies, block),
         Err((_, block)) => prefetch(&blocks.triangles.blocks, block),
+    }
+}
+
+/// Room for what is still to be visited: where it is entered, by its bits, and what it is.
+pub struct Todo<'a> {
+    entries: &'a mut [u32],
+    children: &'a mut [u32],
+}
+
+impl<'a> Todo<'a> {
+    /// Uses as much room as there is, half for each.
+    pub fn new(room: &'a mut [u32]) -> Todo<'a> {
+        let half = room.len() / 2;
+        let (entries, children) = room.split_at_mut(half);
+        Todo { entries, children }
+    }
+
+    /// The room from `bottom` on.
+    #[inline(always)]
+    pub fn above(&mut self, bottom: usize) -> Todo<'_> {
+        Todo { entries: &mut self.entries[bottom..], children: &mut self.children[bottom..] }
+    }
+
+    /// Writes eight; what counts of them is packed.
+    #[inline(always)]
+    pub fn put(&mut self, at: usize, packed: &Packed) {
+        self.entries[at..at + LANES].copy_from_slice(&packed.entries);
+        self.children[at..at + LANES].copy_from_slice(&packed.children);
+    }
+
+    /// Where a child is entered.
+    #[inline(always)]
+    pub fn entry(&self, at: usize) -> f32 {
+        f32::from_bits(self.entries[at])
+    }
+
+    /// A child.
+    #[inline(always)]
+    pub fn child(&self, at: usize) -> Child {
+        Child(self.children[at])
     }
 }

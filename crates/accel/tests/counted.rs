@@ -107,7 +107,7 @@ fn a_ray_alone_is_held_against_the_primitives_of_a_block() {
     rays.pad();
     let (mut hits, mut scratch) = (Hits::default(), Scratch::default());
     let work = accel.count(&rays, Question::Closest, &mut hits, &mut scratch);
-    assert_eq!(work, Work { nodes: 1, kernels: 1, tests: 3 });
+    assert_eq!(work, Work { nodes: 1, kernels: 1, lanes: 8, tests: 3 });
     assert_eq!(work.occupancy(), 3.0 / 8.0);
     assert_eq!(work.steps(), 4);
 }

@@ -2,7 +2,7 @@
 
 use crate::interact::Interactions;
 use fearless_simd::prelude::*;
-use reflet_accel::lanes::{F, LANES, dot, rows3, splat3, sub};
+use reflet_accel::lanes::{F, LANES, V3, dot, rows3, splat3, sub};
 use reflet_accel::{HitCode, Rays};
 use reflet_pack::Falloff;
 use reflet_pack::lights::{LightPlace, Reach};
@@ -22,7 +22,7 @@ pub fn aim<S: Simd>(
 ) {
     let (zero, one) = (F::splat(simd, 0.0), F::splat(simd, 1.0));
     let infinity = F::splat(simd, f32::INFINITY);
-    let at = splat3(simd, light.at);
+    let at: V3<S> = splat3(simd, light.at);
     let axis = splat3(simd, light.axis);
     let cos_angle = F::splat(simd, light.cos_angle);
     let len = codes.len();
