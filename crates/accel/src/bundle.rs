@@ -27,6 +27,8 @@ pub struct Bundle {
     pub code: [u32; RAYS],
     /// Of which class each is.
     pub(crate) class: [u32; RAYS],
+    /// Bit k is set if the direction is negative along axis k.
+    octant: [u32; RAYS],
     /// How many rays.
     pub len: usize,
     pub(crate) turn: [usize; 3],
@@ -47,6 +49,7 @@ impl Bundle {
             t: [0.0; RAYS],
             code: [0; RAYS],
             class: [NO_CLASS; RAYS],
+            octant: [0; RAYS],
             len: 0,
             turn: TURN[2],
             frusta: Frusta::default(),
@@ -81,7 +84,10 @@ impl Bundle {
             let axis = is_x.select(code(0), is_y.select(code(2), code(4)));
             let sign = third.simd_lt(zero).select(code(1), code(0));
             let class = castable.select(axis | sign, code(NO_CLASS));
+            let negative = |k: usize| inv[k].simd_lt(zero).select(code(1 << k), code(0));
+            let octant = negative(0) | negative(1) | negative(2);
             let lanes = at..at + WIDE;
+            octant.store_slice(&mut self.octant[lanes.clone()]);
             class.store_slice(&mut self.class[lanes.clone()]);
             common &= class.simd_eq(code(self.class[0])).all_true();
             for k in 0..3 {
@@ -107,6 +113,15 @@ impl Bundle {
         (common && self.class[0] != NO_CLASS).then_some(self.class[0])
     }
 
+    /// Writes what all rays have hit.
+    #[inline(always)]
+    pub fn write(&self, t: &mut [f32], code: &mut [HitCode]) {
+        t.copy_from_slice(&self.t[..self.len]);
+        for (to, from) in code.iter_mut().zip(&self.code[..self.len]) {
+            *to = HitCode(*from);
+        }
+    }
+
     /// Takes some of another bundle's rays.
     pub fn select(&mut self, from: &Bundle, slots: &[u8]) {
         self.len = slots.len();
@@ -125,6 +140,7 @@ impl Bundle {
             self.code[i] = from.code[slot];
             self.last[i] = from.last[slot];
             self.class[i] = from.class[slot];
+            self.octant[i] = from.octant[slot];
         }
     }
 
@@ -184,18 +200,16 @@ impl Bundle {
         )
     }
 
-    /// The rows of a node that hold the faces which a ray meets first.
-    #[inline(always)]
-    pub fn near(&self, slot: usize) -> [usize; 3] {
-        let row = |k: usize| k + Node::HI * usize::from(self.inv[k][slot] < 0.0);
-        [row(0), row(1), row(2)]
-    }
-
     /// The octant of a ray's direction: bit k is set if it is negative along axis k.
     #[inline(always)]
     pub fn octant(&self, slot: usize) -> usize {
-        let bit = |k: usize| usize::from(self.inv[k][slot] < 0.0) << k;
-        bit(0) | bit(1) | bit(2)
+        self.octant[slot % RAYS] as usize % LANES
+    }
+
+    /// For each axis the row of a node that holds the faces which a ray meets first.
+    #[inline(always)]
+    pub fn near(&self, slot: usize) -> [usize; 3] {
+        Node::near_rows(self.octant(slot))
     }
 
     /// Whether rays that are looked at as a sample start far from each other or run apart.
@@ -209,14 +223,14 @@ impl Bundle {
         scattered
     }
 
-    /// Whether all rays of the sample start far from the first: nothing holds such rays together.
+    /// Whether most rays of the sample start far from the first: nothing holds such rays together.
     #[inline(always)]
     pub fn is_strewn(&self, apart: f32) -> bool {
-        let mut strewn = self.len > LANES;
+        let mut far = 0;
         for j in self.samples() {
-            strewn &= self.between(j).0 > apart;
+            far += u32::from(self.between(j).0 > apart);
         }
-        strewn
+        far > 1 && self.len > LANES
     }
 
     #[inline(always)]

@@ -12,11 +12,12 @@ use crate::blocks::{Block, Blocks, Shelf};
 use crate::bundle::{Bundle, RAYS};
 use crate::copies::CopyBlock;
 use crate::count::{self, Counter};
-use crate::lanes::{F, LANES, RayLanes, U, greater, lesser};
+use crate::lanes::{F, LANES, RayLanes, TURN, U, greater, lesser};
 use crate::order::{self, Packed};
 use crate::prefetch::{Ahead, prefetch};
-use crate::rays::Question;
+use crate::rays::{HitCode, Question};
 use crate::slab::{BoxLanes, LEAVE, enter};
+use crate::stacks::{STACKS, Stacks};
 use crate::through;
 use crate::tree::{Child, Node, Tree};
 use crate::visit::Key;
@@ -24,7 +25,7 @@ use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
 
 /// How many rays are under way at once.
-const FLIGHTS: usize = 32;
+const FLIGHTS: usize = STACKS;
 
 /// A list is worked off once it has more rays than this: few rays leave gaps that more would fill.
 const FEW: usize = 8;
@@ -39,237 +40,342 @@ const NODES: usize = 0;
 /// The list of rays that have nothing more to visit.
 const DONE: usize = Child::NONE.kind();
 
-/// Room for what all rays may have still to visit; a power of two, so that a place can be told to
-/// lie within by a mask. No more is touched than a tree needs.
-const ROOM: usize = 1 << 16;
+/// No row of a stream.
+const NO_ROW: u32 = u32::MAX;
 
-/// Where the second column begins. Were the two a multiple of 4096 bytes apart, loads of the one
-/// would wait for stores into the other.
-const CHILDREN: usize = ROOM + 520;
-
-/// What rays under way have still to visit: where they enter it, by its bits, and what it is.
-pub struct Stacks {
-    words: Box<[u32; CHILDREN + ROOM + LANES]>,
-    /// How much of each column a ray has.
-    share: usize,
+/// What rays are followed through and what is asked of them; the same for a whole stream.
+pub struct Course<'a> {
+    tree: &'a Tree,
+    blocks: &'a Blocks,
+    question: Question,
+    ahead: Ahead,
 }
 
-impl Default for Stacks {
-    fn default() -> Self {
-        match vec![0; CHILDREN + ROOM + LANES].try_into() {
-            Ok(words) => Stacks { words, share: 0 },
-            Err(_) => unreachable!("they are so many"),
-        }
+impl<'a> Course<'a> {
+    /// Through a tree whose leaves are such blocks.
+    pub fn new(tree: &'a Tree, blocks: &'a Blocks, question: Question) -> Course<'a> {
+        Course { tree, blocks, question, ahead: Ahead::of(tree, blocks) }
     }
 }
 
-impl Stacks {
-    /// Shares the room out for a tree. Shares lie close to each other: in a cache of few ways they
-    /// would else compete for the same lines.
-    ///
-    /// # Panics
-    /// If the tree has more than 250 levels; one of binned branches has at most a hundred.
-    pub fn fit(&mut self, tree: &Tree) {
-        // The end of a stack, what all nodes on the way may leave there, and what is written at
-        // once.
-        let share = LANES * (tree.depth + 3);
-        if share == self.share {
-            return;
-        }
-        assert!(share * FLIGHTS <= ROOM, "a tree of {} levels", tree.depth);
-        self.share = share;
-        for bottom in (0..FLIGHTS).map(|i| i * share) {
-            // Nothing is entered as early as what lies at the bottom: it is always found.
-            self.words[bottom..bottom + LANES].fill(f32::NEG_INFINITY.to_bits());
-            self.words[CHILDREN + bottom..][..LANES].fill(Child::NONE.0);
-        }
-    }
+/// Where what rays hit is written.
+pub type Out<'a> = (&'a mut [f32], &'a mut [HitCode]);
 
-    /// Where the eight from some place on are entered.
-    #[inline(always)]
-    fn entries<S: Simd>(&self, simd: S, at: u32) -> F<S> {
-        let first = at as usize % ROOM;
-        F::from_bits(U::from_slice(simd, &self.words[first..first + LANES]))
-    }
-
-    /// What is at a place.
-    #[inline(always)]
-    fn child(&self, at: u32) -> Child {
-        Child(self.words[CHILDREN + at as usize % ROOM])
-    }
-
-    /// Writes eight.
-    #[inline(always)]
-    fn put(&mut self, at: u32, entries: &[u32; LANES], children: &[u32; LANES]) {
-        let first = at as usize % ROOM;
-        self.words[first..first + LANES].copy_from_slice(entries);
-        self.words[CHILDREN + first..CHILDREN + first + LANES].copy_from_slice(children);
-    }
+/// The rays themselves, a column a number.
+struct Flying {
+    o: [[f32; FLIGHTS]; 3],
+    d: [[f32; FLIGHTS]; 3],
+    inv: [[f32; FLIGHTS]; 3],
+    shear: [[f32; FLIGHTS]; 3],
+    start: [f32; FLIGHTS],
+    last: [u32; FLIGHTS],
+    /// The longest axis.
+    axis: [u8; FLIGHTS],
+    /// The best t so far.
+    t: [f32; FLIGHTS],
+    /// What was hit there.
+    code: [u32; FLIGHTS],
+    /// Which row of the stream each is.
+    row: [u32; FLIGHTS],
 }
 
-/// Where rays under way are.
-struct Flights {
-    /// Which ray of the bundle.
-    slot: [u8; FLIGHTS],
-    /// What it visits next.
+/// Rays under way. They stay so from one bundle to the next, until [`Flights::land`].
+pub struct Flights {
+    rays: Flying,
+    stacks: Stacks,
+    /// What each visits next.
     next: [Child; FLIGHTS],
     /// Where the top of its stack is.
     top: [u32; FLIGHTS],
-    /// For each axis, which row of a node holds the faces that the ray meets first; and its octant.
+    /// For each axis, where the row of a node begins that holds the faces which the ray meets
+    /// first; and its octant.
     near: [[u8; 4]; FLIGHTS],
-    /// Which rays need what next.
-    lists: [List; LISTS],
-    /// How many they are.
+    /// Which rays need what next, twice: one is worked off while the other fills.
+    lists: [[List; 2]; LISTS],
+    /// Which of the two fills.
+    side: [usize; LISTS],
+    /// How many it has.
     counts: [usize; LISTS],
+    /// What kernels have found.
+    found: Found,
 }
 
-/// Follows those rays of the bundle whose bits are set in `todo` to their closest hit, or to any.
-/// `keys` is room for those that go through copies of meshes.
-pub fn cast<S: Simd, C: Counter>(
-    simd: S,
-    (tree, blocks): (&Tree, &Blocks),
-    (bundle, mut todo): (&mut Bundle, u64),
-    question: Question,
-    (stacks, keys): (&mut Stacks, &mut [Key]),
-    counter: &mut C,
-) {
-    let ahead = Ahead::of(tree, blocks);
-    let mut f = Flights::new();
-    loop {
-        if todo != 0 && f.counts[DONE] > 0 {
-            f.start(bundle, &mut todo, stacks.share);
-        }
-        let (mut kind, mut leaves) = (ShapeKind::Sphere, 0);
-        for each in ShapeKind::ALL {
-            let count = f.counts[Child::block(each, 0).kind()];
-            if count > leaves {
-                (kind, leaves) = (each, count);
-            }
-        }
-        let nodes = f.counts[NODES];
-        if nodes + leaves == 0 {
-            return;
-        }
-        let at = (question, &mut f, &mut *bundle);
-        let way = (&mut *stacks, &ahead);
-        if nodes > FEW || (leaves <= FEW && nodes >= leaves) {
-            visit_all(simd, tree, at, way, counter);
-            continue;
-        }
-        match kind {
-            ShapeKind::Sphere => test_all(simd, &blocks.spheres, kind, at, way, counter),
-            // Planes are never in a tree.
-            ShapeKind::Plane => {}
-            ShapeKind::Quad => test_all(simd, &blocks.quads, kind, at, way, counter),
-            ShapeKind::Triangle => test_all(simd, &blocks.triangles, kind, at, way, counter),
-            ShapeKind::Solid => test_all(simd, &blocks.solids, kind, at, way, counter),
-            ShapeKind::Copy => go_through(simd, &blocks.copies, at, way, keys, counter),
+/// What kernels have found, by place in a list.
+struct Found {
+    t: [[f32; LANES]; FLIGHTS],
+    code: [[u32; LANES]; FLIGHTS],
+}
+
+impl Default for Flights {
+    fn default() -> Flights {
+        let mut counts = [0; LISTS];
+        counts[DONE] = FLIGHTS;
+        let column = [0.0; FLIGHTS];
+        Flights {
+            rays: Flying {
+                o: [column; 3],
+                d: [column; 3],
+                inv: [column; 3],
+                shear: [column; 3],
+                start: column,
+                last: [0; FLIGHTS],
+                axis: [0; FLIGHTS],
+                t: column,
+                code: [0; FLIGHTS],
+                row: [NO_ROW; FLIGHTS],
+            },
+            stacks: Stacks::default(),
+            next: [Child::NONE; FLIGHTS],
+            top: [0; FLIGHTS],
+            near: [[0; 4]; FLIGHTS],
+            lists: [[std::array::from_fn(|i| i as u8); 2]; LISTS],
+            side: [0; LISTS],
+            counts,
+            found: Found { t: [[0.0; LANES]; FLIGHTS], code: [[0; LANES]; FLIGHTS] },
         }
     }
 }
 
 impl Flights {
-    fn new() -> Flights {
-        let mut f = Flights {
-            slot: [0; FLIGHTS],
-            next: [Child::ROOT; FLIGHTS],
-            top: [0; FLIGHTS],
-            near: [[0; 4]; FLIGHTS],
-            lists: [[0; FLIGHTS]; LISTS],
-            counts: [0; LISTS],
-        };
-        f.lists[DONE] = std::array::from_fn(|i| i as u8);
-        f.counts[DONE] = FLIGHTS;
-        f
+    /// Makes room for the paths through a tree. No ray is under way.
+    pub fn fit(&mut self, tree: &Tree) {
+        self.stacks.fit(tree);
+    }
+
+    /// Sets off with those rays of the bundle whose bits are set in `todo`, and follows rays under
+    /// way until all of these have found a place. `first` is the row of the bundle's first ray;
+    /// `keys` is room for rays that go through copies of meshes.
+    pub fn take_off<S: Simd, C: Counter>(
+        &mut self,
+        simd: S,
+        course: &Course<'_>,
+        (bundle, mut todo, first): (&Bundle, u64, usize),
+        out: Out<'_>,
+        keys: &mut [Key],
+        counter: &mut C,
+    ) {
+        let (t, code) = out;
+        while todo != 0 {
+            while todo != 0 && self.counts[DONE] > 0 {
+                let slot = todo.trailing_zeros() as usize % RAYS;
+                todo &= todo - 1;
+                self.counts[DONE] -= 1;
+                let i = self.at((DONE, 0), self.counts[DONE]);
+                self.rays.write(i, (&mut *t, &mut *code));
+                self.start(bundle, slot, i, first);
+            }
+            if todo != 0 {
+                self.step(simd, course, keys, counter);
+            }
+        }
+    }
+
+    /// Follows all rays to their ends.
+    pub fn land<S: Simd, C: Counter>(
+        &mut self,
+        simd: S,
+        course: &Course<'_>,
+        out: Out<'_>,
+        keys: &mut [Key],
+        counter: &mut C,
+    ) {
+        while self.counts[DONE] < FLIGHTS {
+            self.step(simd, course, keys, counter);
+        }
+        let (t, code) = out;
+        for i in 0..FLIGHTS {
+            self.rays.write(i, (&mut *t, &mut *code));
+        }
+    }
+
+    /// Sets off with a ray of the bundle.
+    #[inline(always)]
+    fn start(&mut self, bundle: &Bundle, slot: usize, i: usize, first: usize) {
+        let r = &mut self.rays;
+        for k in 0..3 {
+            r.o[k][i] = bundle.o[k][slot];
+            r.d[k][i] = bundle.d[k][slot];
+            r.inv[k][i] = bundle.inv[k][slot];
+            r.shear[k][i] = bundle.shear[k][slot];
+        }
+        r.start[i] = bundle.start[slot];
+        r.last[i] = bundle.last[slot];
+        r.axis[i] = (bundle.class[slot] >> 1) as u8;
+        r.t[i] = bundle.t[slot];
+        r.code[i] = bundle.code[slot];
+        r.row[i] = (first + slot) as u32;
+        self.near[i] = Node::near_of(bundle.octant(slot));
+        self.top[i] = (i * self.stacks.share + LANES) as u32;
+        self.next[i] = Child::ROOT;
+        self.put(i, NODES);
+    }
+
+    /// Works off the list of most rays, more or less.
+    #[inline(always)]
+    fn step<S: Simd, C: Counter>(
+        &mut self,
+        simd: S,
+        course: &Course<'_>,
+        keys: &mut [Key],
+        counter: &mut C,
+    ) {
+        let (mut kind, mut leaves) = (ShapeKind::Sphere, 0);
+        for each in ShapeKind::ALL {
+            let count = self.counts[Child::block(each, 0).kind()];
+            if count > leaves {
+                (kind, leaves) = (each, count);
+            }
+        }
+        let nodes = self.counts[NODES];
+        if nodes > FEW || (leaves <= FEW && nodes >= leaves) {
+            visit_all(simd, course, self, counter);
+            return;
+        }
+        let blocks = course.blocks;
+        match kind {
+            ShapeKind::Sphere => test_all(simd, &blocks.spheres, kind, (course, self), counter),
+            // Planes are never in a tree.
+            ShapeKind::Plane => {}
+            ShapeKind::Quad => test_all(simd, &blocks.quads, kind, (course, self), counter),
+            ShapeKind::Triangle => test_all(simd, &blocks.triangles, kind, (course, self), counter),
+            ShapeKind::Solid => test_all(simd, &blocks.solids, kind, (course, self), counter),
+            ShapeKind::Copy => go_through(simd, &blocks.copies, (course, self), keys, counter),
+        }
     }
 
     #[inline(always)]
     fn put(&mut self, flight: usize, list: usize) {
         let list = list % LISTS;
         let count = self.counts[list];
-        self.lists[list][count % FLIGHTS] = flight as u8;
+        self.lists[list][self.side[list] % 2][count % FLIGHTS] = flight as u8;
         self.counts[list] = count + 1;
     }
 
-    /// Takes all from a list.
+    /// Takes all from a list: gives which side has them, and how many they are. They are not copied:
+    /// a copy would wait until the last of them is written.
     #[inline(always)]
-    fn take(&mut self, list: usize) -> (List, usize) {
-        (self.lists[list], std::mem::take(&mut self.counts[list]).min(FLIGHTS))
+    fn take(&mut self, list: usize) -> (usize, usize) {
+        let side = self.side[list] % 2;
+        self.side[list] = 1 - side;
+        (side, std::mem::take(&mut self.counts[list]).min(FLIGHTS))
     }
 
-    /// Sets off with the next rays in place of those that are done.
-    fn start(&mut self, bundle: &Bundle, todo: &mut u64, share: usize) {
-        while *todo != 0 && self.counts[DONE] > 0 {
-            let slot = todo.trailing_zeros() as usize % RAYS;
-            *todo &= *todo - 1;
-            self.counts[DONE] -= 1;
-            let i = usize::from(self.lists[DONE][self.counts[DONE] % FLIGHTS]) % FLIGHTS;
-            self.slot[i] = slot as u8;
-            let [x, y, z] = bundle.near(slot);
-            self.near[i] = [x as u8, y as u8, z as u8, bundle.octant(slot) as u8];
-            self.top[i] = (i * share + LANES) as u32;
-            self.next[i] = Child::ROOT;
-            self.put(i, NODES);
+    /// The ray at a place of a side of a list.
+    #[inline(always)]
+    fn at(&self, (list, side): (usize, usize), place: usize) -> usize {
+        usize::from(self.lists[list % LISTS][side][place % FLIGHTS]) % FLIGHTS
+    }
+
+    /// Takes from a ray's stack what it visits next: the topmost that it enters before its end.
+    #[inline(always)]
+    fn go_on<S: Simd>(&mut self, simd: S, i: usize, course: &Course<'_>) {
+        let mut top = self.top[i];
+        match course.question {
+            Question::Closest => {
+                let end = F::splat(simd, self.rays.t[i]);
+                let met = loop {
+                    top = top.wrapping_sub(LANES as u32);
+                    let met = self.stacks.entries(simd, top).simd_le(end).to_bitmask() as u32;
+                    if met != 0 {
+                        break met;
+                    }
+                };
+                top += met.ilog2();
+            }
+            // All that is there: its end is what it was when that was put there.
+            Question::Any => top = top.wrapping_sub(1),
+        }
+        let next = self.stacks.child(top);
+        (self.top[i], self.next[i]) = (top, next);
+        course.ahead.ask_for(next);
+        self.put(i, next.kind());
+    }
+}
+
+impl Flying {
+    /// One ray in all lanes.
+    #[inline(always)]
+    fn splat<S: Simd>(&self, simd: S, i: usize) -> RayLanes<S> {
+        let at = |c: &[f32; FLIGHTS]| F::splat(simd, c[i]);
+        let turn = TURN[usize::from(self.axis[i]) % 3];
+        RayLanes {
+            o: [at(&self.o[0]), at(&self.o[1]), at(&self.o[2])],
+            d: [at(&self.d[0]), at(&self.d[1]), at(&self.d[2])],
+            start: at(&self.start),
+            inv: [at(&self.inv[0]), at(&self.inv[1]), at(&self.inv[2])],
+            last: U::splat(simd, self.last[i]),
+            turn,
+            shear: [at(&self.shear[0]), at(&self.shear[1]), at(&self.shear[2])],
+            turned: [at(&self.o[turn[0]]), at(&self.o[turn[1]]), at(&self.o[turn[2]])],
+        }
+    }
+
+    /// Writes what a ray has hit, if there is one.
+    #[inline(always)]
+    fn write(&mut self, i: usize, (t, code): Out<'_>) {
+        let row = std::mem::replace(&mut self.row[i], NO_ROW) as usize;
+        if let (Some(t), Some(code)) = (t.get_mut(row), code.get_mut(row)) {
+            (*t, *code) = (self.t[i], HitCode(self.code[i]));
         }
     }
 }
 
 /// Visits the nodes that rays need next.
 #[inline(never)]
-fn visit_all<S: Simd, C: Counter>(
-    simd: S,
-    tree: &Tree,
-    (_, f, bundle): (Question, &mut Flights, &mut Bundle),
-    (stacks, ahead): (&mut Stacks, &Ahead),
-    counter: &mut C,
-) {
+fn visit_all<S: Simd, C: Counter>(simd: S, course: &Course<'_>, f: &mut Flights, counter: &mut C) {
     simd.vectorize(
         #[inline(always)]
         || {
-            let (list, count) = f.take(NODES);
-            for flight in &list[..count] {
-                counter.node();
-                visit(simd, &tree.nodes, bundle, f, usize::from(*flight) % FLIGHTS, stacks);
-            }
-            // Apart, since a load of what has just been stored in two parts would wait for it.
-            for flight in &list[..count] {
-                go_on(simd, bundle, f, usize::from(*flight) % FLIGHTS, stacks, ahead);
+            let (side, count) = f.take(NODES);
+            let (list, nodes) = ((NODES, side), &course.tree.nodes);
+            match course.question {
+                Question::Closest => {
+                    for place in 0..count {
+                        counter.node();
+                        let i = f.at(list, place);
+                        let met = visit(simd, nodes, f, i);
+                        f.stacks.put(f.top[i], &met.entries, &met.children);
+                        f.top[i] += met.count();
+                    }
+                    // Apart, since a load of what has just been stored in two parts would wait for
+                    // it.
+                    for place in 0..count {
+                        f.go_on(simd, f.at(list, place), course);
+                    }
+                }
+                Question::Any => {
+                    for place in 0..count {
+                        counter.node();
+                        let i = f.at(list, place);
+                        let met = visit(simd, nodes, f, i);
+                        f.stacks.put_children(f.top[i], &met.children);
+                        f.top[i] += met.count();
+                        f.go_on(simd, i, course);
+                    }
+                }
             }
         },
     );
 }
 
-/// Holds a ray against the boxes of a node's children; those that it meets go onto its stack, the
-/// farthest lowest.
+/// Holds a ray against the boxes of a node's children; gives those that it meets, the farthest
+/// first.
 #[inline(always)]
-fn visit<S: Simd>(
-    simd: S,
-    nodes: &[Node],
-    bundle: &Bundle,
-    f: &mut Flights,
-    i: usize,
-    stacks: &mut Stacks,
-) {
+fn visit<S: Simd>(simd: S, nodes: &[Node], f: &Flights, i: usize) -> Packed {
     let node = &nodes[f.next[i].0 as usize];
-    let slot = usize::from(f.slot[i]) % RAYS;
-    let (o, inv) = bundle.slabs(simd, slot);
-    let near = f.near[i];
+    let (r, [near @ .., octant]) = (&f.rays, f.near[i]);
     let mut entry = F::splat(simd, 0.0);
     let mut exit = F::splat(simd, f32::INFINITY);
-    for k in 0..3 {
-        let row = usize::from(near[k]);
-        let first = (node.faces(simd, row) - o[k]) * inv[k];
-        let last = (node.faces(simd, row ^ Node::HI) - o[k]) * inv[k];
-        entry = greater(simd, first, entry);
-        exit = lesser(simd, last, exit);
+    for (k, near) in near.into_iter().enumerate() {
+        let (row, opposite) = Node::near_and_far(near);
+        let (o, inv) = (F::splat(simd, r.o[k][i]), F::splat(simd, r.inv[k][i]));
+        entry = greater(simd, (node.faces_of(simd, row) - o) * inv, entry);
+        exit = lesser(simd, (node.faces_of(simd, opposite) - o) * inv, exit);
     }
     // An equal entry may still hold a tie with a lower id.
-    let exit = lesser(simd, exit * LEAVE, F::splat(simd, bundle.t[slot]));
-    let order = node.order(usize::from(near[3]));
-    let met: Packed = order::pack(simd, entry, entry.simd_le(exit), node.children(), order);
-    let top = f.top[i];
-    stacks.put(top, &met.entries, &met.children);
-    f.top[i] = top + met.count;
+    let exit = lesser(simd, exit * LEAVE, F::splat(simd, r.t[i]));
+    let order = node.order(usize::from(octant));
+    order::pack(simd, entry, entry.simd_le(exit), node.children(), order)
 }
 
 /// Tests the blocks of one kind that rays need next.
@@ -278,55 +384,54 @@ fn test_all<S: Simd, B: Block, C: Counter>(
     simd: S,
     shelf: &Shelf<B>,
     kind: ShapeKind,
-    (question, f, bundle): (Question, &mut Flights, &mut Bundle),
-    (stacks, ahead): (&mut Stacks, &Ahead),
+    (course, f): (&Course<'_>, &mut Flights),
     counter: &mut C,
 ) {
     simd.vectorize(
         #[inline(always)]
         || {
-            let (list, count) = f.take(Child::block(kind, 0).kind());
-            let mut found = Found { t: [[0.0; LANES]; FLIGHTS], code: [[0; LANES]; FLIGHTS] };
+            let list = Child::block(kind, 0).kind();
+            let (side, count) = f.take(list);
+            let list = (list, side);
             let (mut near, mut hitting) = ([0u8; FLIGHTS], 0);
-            for (j, flight) in list[..count].iter().enumerate() {
-                let i = usize::from(*flight) % FLIGHTS;
-                let (slot, block) = (usize::from(f.slot[i]) % RAYS, f.next[i].index());
-                counter.kernel(LANES, || count::prims_of(shelf.blocks[block].codes()));
-                let c = shelf.blocks[block].test(simd, &bundle.splat(simd, slot));
-                let is_near = c.hit & c.t.simd_le(F::splat(simd, bundle.t[slot]));
+            for j in 0..count {
+                let i = f.at(list, j);
+                let block = &shelf.blocks[f.next[i].index()];
+                counter.kernel(LANES, || count::prims_of(block.codes()));
+                let c = block.test(simd, &f.rays.splat(simd, i));
+                let is_near = c.hit & c.t.simd_le(F::splat(simd, f.rays.t[i]));
                 // No comparison takes a NaN.
                 let t = is_near.select(c.t, F::splat(simd, f32::NAN));
-                t.store_slice(&mut found.t[j % FLIGHTS]);
-                c.code.store_slice(&mut found.code[j % FLIGHTS]);
+                t.store_slice(&mut f.found.t[j % FLIGHTS]);
+                c.code.store_slice(&mut f.found.code[j % FLIGHTS]);
                 near[hitting % FLIGHTS] = j as u8;
                 hitting += usize::from(is_near.any_true());
             }
             let near = &near[..hitting.min(FLIGHTS)];
             // Only those few need their boxes.
             for j in near {
-                let i = usize::from(list[usize::from(*j) % FLIGHTS]) % FLIGHTS;
+                let i = f.at(list, usize::from(*j));
                 prefetch(&shelf.frames, f.next[i].index());
             }
             let mut done = 0u32;
             for j in near {
                 let j = usize::from(*j) % FLIGHTS;
-                let i = usize::from(list[j]) % FLIGHTS;
-                let slot = usize::from(f.slot[i]) % RAYS;
-                let before = (bundle.t[slot], bundle.code[slot]);
-                let ray = bundle.splat(simd, slot);
+                let i = f.at(list, j);
+                let before = (f.rays.t[i], f.rays.code[i]);
+                let ray = f.rays.splat(simd, i);
                 let own = shelf.frames[f.next[i].index()].boxes(simd);
-                let after = better(simd, &ray, &own, (&found.t[j], &found.code[j]), before);
+                let after = better(simd, &ray, &own, (&f.found.t[j], &f.found.code[j]), before);
                 if after != before {
-                    (bundle.t[slot], bundle.code[slot]) = after;
-                    done |= u32::from(question == Question::Any) << i;
+                    (f.rays.t[i], f.rays.code[i]) = after;
+                    done |= u32::from(course.question == Question::Any) << i;
                 }
             }
-            for flight in &list[..count] {
-                let i = usize::from(*flight) % FLIGHTS;
+            for place in 0..count {
+                let i = f.at(list, place);
                 if done >> i & 1 == 1 {
                     f.put(i, DONE);
                 } else {
-                    go_on(simd, bundle, f, i, stacks, ahead);
+                    f.go_on(simd, i, course);
                 }
             }
         },
@@ -338,37 +443,32 @@ fn test_all<S: Simd, B: Block, C: Counter>(
 fn go_through<S: Simd, C: Counter>(
     simd: S,
     copies: &[CopyBlock],
-    (question, f, bundle): (Question, &mut Flights, &mut Bundle),
-    (stacks, ahead): (&mut Stacks, &Ahead),
+    (course, f): (&Course<'_>, &mut Flights),
     keys: &mut [Key],
     counter: &mut C,
 ) {
     simd.vectorize(
         #[inline(always)]
         || {
-            let (list, count) = f.take(Child::block(ShapeKind::Copy, 0).kind());
-            for flight in &list[..count] {
-                let i = usize::from(*flight) % FLIGHTS;
-                let slot = usize::from(f.slot[i]) % RAYS;
-                let before = (bundle.t[slot], bundle.code[slot]);
-                let (copy, ray) = (&copies[f.next[i].index()], bundle.splat(simd, slot));
-                let ray = (&ray, bundle.near(slot));
+            let question = course.question;
+            let list = Child::block(ShapeKind::Copy, 0).kind();
+            let (side, count) = f.take(list);
+            let list = (list, side);
+            for place in 0..count {
+                let i = f.at(list, place);
+                let before = (f.rays.t[i], f.rays.code[i]);
+                let (copy, ray) = (&copies[f.next[i].index()], f.rays.splat(simd, i));
+                let ray = (&ray, Node::near_rows(usize::from(f.near[i][3])));
                 let after = through::cast(simd, copy, ray, question, before, keys, counter);
-                (bundle.t[slot], bundle.code[slot]) = after;
+                (f.rays.t[i], f.rays.code[i]) = after;
                 if after != before && question == Question::Any {
                     f.put(i, DONE);
                 } else {
-                    go_on(simd, bundle, f, i, stacks, ahead);
+                    f.go_on(simd, i, course);
                 }
             }
         },
     );
-}
-
-/// What kernels have found, by flight.
-struct Found {
-    t: [[f32; LANES]; FLIGHTS],
-    code: [[u32; LANES]; FLIGHTS],
 }
 
 /// The better of `best` and what a kernel has found where the ray passes its own box.
@@ -393,29 +493,4 @@ fn better<S: Simd>(
         }
     }
     best
-}
-
-/// Takes from a ray's stack what it visits next: the topmost that it enters before its end.
-#[inline(always)]
-fn go_on<S: Simd>(
-    simd: S,
-    bundle: &Bundle,
-    f: &mut Flights,
-    i: usize,
-    stacks: &Stacks,
-    ahead: &Ahead,
-) {
-    let end = F::splat(simd, bundle.t[usize::from(f.slot[i]) % RAYS]);
-    let mut top = f.top[i];
-    let met = loop {
-        top = top.wrapping_sub(LANES as u32);
-        let met = stacks.entries(simd, top).simd_le(end).to_bitmask() as u32;
-        if met != 0 {
-            break met;
-        }
-    };
-    top += met.ilog2();
-    let next = stacks.child(top);
-    (f.top[i], f.next[i]) = (top, next);
-    f.put(i, ahead.ask_for(next));
 }

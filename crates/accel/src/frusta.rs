@@ -11,10 +11,11 @@
 //! rounding here, is what `SLACK` and the margin cover.
 
 use crate::bundle::{Bundle, GROUPS};
-use crate::lanes::{F, Floats, LANES, M, TURN, W, WIDE, abs, greater, lesser};
+use crate::lanes::{F, Floats, LANES, M, TURN, W, WIDE, abs, greater, lesser, splat3};
 use crate::rays::Question;
-use crate::slab::BoxLanes;
+use crate::slab::{BoxLanes, enter};
 use fearless_simd::prelude::*;
+use reflet_pack::Aabb;
 
 /// How much wider a frustum is than the slopes of its rays.
 const SLACK: f32 = 1.0 / 32_768.0;
@@ -164,8 +165,8 @@ impl Bundle {
             (one.end, one.margin) = (-1.0, UNDERFLOW);
             if g < self.groups() {
                 one = match &shared {
-                    Some(ends) => self.from_ends(simd, g, ends),
-                    None => self.from_origins(simd, g, forward, one_eye),
+                    Some(ends) => self.frustum_of_ends(simd, g, ends),
+                    None => self.frustum_of_origins(simd, g, forward, one_eye),
                 };
                 for k in 0..2 {
                     whole.slope[k][0] = whole.slope[k][0].min(one.slope[k][0]);
@@ -212,7 +213,7 @@ impl Bundle {
 
     /// The frustum of a group from where its rays start.
     #[inline(always)]
-    fn from_origins<S: Simd>(
+    fn frustum_of_origins<S: Simd>(
         &self,
         simd: S,
         g: usize,
@@ -222,8 +223,8 @@ impl Bundle {
         let (turn, sign) = (self.turn, W::splat(simd, forward));
         let at = |c: &[f32]| W::from_slice(simd, self.column(c, g));
         let mut one = Frustum { margin: UNDERFLOW, ..Frustum::default() };
-        for k in 0..3 {
-            let o = &self.o[turn[k]];
+        for (k, axis) in turn.into_iter().enumerate() {
+            let o = &self.o[axis];
             if one_eye {
                 (one.lo[k], one.hi[k]) = (o[0], o[0]);
             } else {
@@ -241,7 +242,7 @@ impl Bundle {
 
     /// The frustum of a group from where its rays end.
     #[inline(always)]
-    fn from_ends<S: Simd>(&self, simd: S, g: usize, ends: &Ends) -> Frustum<f32> {
+    fn frustum_of_ends<S: Simd>(&self, simd: S, g: usize, ends: &Ends) -> Frustum<f32> {
         let turn = self.turn;
         let from_end = |k: usize| {
             let o = W::from_slice(simd, self.column(&self.o[turn[k]], g));
@@ -311,7 +312,7 @@ impl Bundle {
             hi: [twice(b.hi[0]), twice(b.hi[1]), twice(b.hi[2])],
         };
         let mut met = 0;
-        for (i, pair) in self.frusta.pairs.iter().enumerate() {
+        for (i, pair) in self.frusta.pairs[..self.groups().div_ceil(2)].iter().enumerate() {
             let pair = pair.each(
                 #[inline(always)]
                 |x| W::from_slice(simd, x),
@@ -320,6 +321,23 @@ impl Bundle {
             met |= (meets.to_bitmask() as u32) << (WIDE * i);
         }
         met
+    }
+
+    /// Which rays may hit what is in a box before their ends, of those groups that have a bit in what
+    /// [`Bundle::meet_by_group`] gave.
+    #[inline(always)]
+    pub fn meet_one<S: Simd>(&self, simd: S, met: u32, b: &Aabb) -> u64 {
+        let b = BoxLanes { lo: splat3(simd, b.lo), hi: splat3(simd, b.hi) };
+        let mut rays = 0;
+        for g in 0..GROUPS {
+            if met >> (LANES * g) & ((1 << LANES) - 1) != 0 {
+                let (entry, passes) = enter(simd, &self.lanes(simd, g), &b);
+                let t = W::from_slice(simd, self.column(&self.t, g));
+                let meets = passes & entry.simd_le(t);
+                rays |= meets.to_bitmask() << (WIDE * g);
+            }
+        }
+        rays
     }
 
     /// Where the bundle ends, in the measure of the entries that [`Bundle::meet`] gives.

@@ -34,6 +34,7 @@
 //! | [`visit`] | a node's children that a ray meets, nearest first |
 //! | [`bvh`] | one ray through the tree |
 //! | [`flights`] | many single rays at once |
+//! | [`stacks`] | what they have still to visit |
 //! | [`order`] | a node's children in the order of a ray |
 //! | [`prefetch`] | memory asked for early |
 //! | [`count`] | what a cast takes, counted |
@@ -68,6 +69,7 @@ pub mod refit;
 pub mod slab;
 pub mod solid;
 pub mod solids;
+pub mod stacks;
 pub mod stream;
 pub mod through;
 pub mod tile;

@@ -14,8 +14,22 @@ pub struct Packed {
     pub entries: [u32; LANES],
     /// What they are.
     pub children: [u32; LANES],
+    /// Which places in the order are met, a bit each.
+    pub set: u32,
+}
+
+impl Packed {
     /// How many are met.
-    pub count: u32,
+    #[inline(always)]
+    pub fn count(&self) -> u32 {
+        self.set.count_ones()
+    }
+
+    /// The lane of the last that is met, if any is; else anything.
+    #[inline(always)]
+    pub fn last(&self, order: Order) -> usize {
+        (order >> (3 * (self.set | 1).ilog2())) as usize % LANES
+    }
 }
 
 /// An order of eight lanes, three bits each, the first lowest.
@@ -78,12 +92,15 @@ pub fn pack<S: Simd>(
     let _ = simd;
     let (entry, bits) = (entry.to_bits(), met.to_bitmask());
     let entry = entry.as_slice();
-    let mut packed = Packed { entries: [0; LANES], children: [0; LANES], count: 0 };
+    let mut packed = Packed { entries: [0; LANES], children: [0; LANES], set: 0 };
+    let mut count = 0;
     for i in 0..LANES {
         let lane = (order >> (3 * i)) as usize % LANES;
-        let to = packed.count as usize % LANES;
-        (packed.entries[to], packed.children[to]) = (entry[lane], children[lane]);
-        packed.count += (bits >> lane) as u32 & 1;
+        (packed.entries[count % LANES], packed.children[count % LANES]) =
+            (entry[lane], children[lane]);
+        let is_met = (bits >> lane) as u32 & 1;
+        packed.set |= is_met << i;
+        count += is_met as usize;
     }
     packed
 }
@@ -98,14 +115,14 @@ mod avx2 {
     use std::arch::x86_64::*;
 
     /// For each set of lanes its members, a byte each, in ascending order.
-    static MEMBERS: [[u32; LANES]; 256] = {
+    static MEMBERS: [[u8; LANES]; 256] = {
         let mut members = [[0; LANES]; 256];
         let mut set = 0;
         while set < 256 {
             let (mut lane, mut count) = (0, 0);
             while lane < LANES {
                 if set >> lane & 1 == 1 {
-                    members[set][count] = lane as u32;
+                    members[set][count] = lane as u8;
                     count += 1;
                 }
                 lane += 1;
@@ -132,11 +149,12 @@ mod avx2 {
             let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), shifts);
             let met = _mm256_permutevar8x32_epi32(met, order);
             let set = _mm256_movemask_ps(_mm256_castsi256_ps(met)) as usize % 256;
-            let members: __m256i = u32x8::from_slice(avx2, &MEMBERS[set]).into();
+            let members = _mm_cvtsi64_si128(i64::from_le_bytes(MEMBERS[set]));
+            let members = _mm256_cvtepu8_epi32(members);
             let order = _mm256_permutevar8x32_epi32(order, members);
             let entries: u32x8<_> = _mm256_permutevar8x32_epi32(entries, order).simd_into(avx2);
             let children: u32x8<_> = _mm256_permutevar8x32_epi32(children, order).simd_into(avx2);
-            Packed { entries: entries.into(), children: children.into(), count: set.count_ones() }
+            Packed { entries: entries.into(), children: children.into(), set: set as u32 }
         }
     );
 }

@@ -5,7 +5,7 @@ use crate::blocks::Blocks;
 use crate::bundle::{Bundle, NO_CLASS, RAYS};
 use crate::bvh;
 use crate::count::Counter;
-use crate::flights::{self, Stacks};
+use crate::flights::{Course, Flights};
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Question, Rays};
 use crate::tile;
@@ -56,9 +56,11 @@ pub enum Way {
 pub struct Memory {
     taken: Box<Bundle>,
     some: Box<Bundle>,
+    /// For single rays.
     stack: Vec<Key>,
+    /// For bundles.
     todo: Vec<u32>,
-    stacks: Option<Stacks>,
+    flights: Option<Box<Flights>>,
 }
 
 /// Casts all rays; `t` and `code` hold their ends and no code, and get their hits.
@@ -77,13 +79,13 @@ pub fn cast<S: Simd, C: Counter>(
         return;
     }
     let limits = Limits::of(what, question);
-    let Memory { taken, some, stack, todo, stacks } = memory;
+    let Memory { taken, some, stack, todo, flights } = memory;
     let depth = what.tree.depth + what.below.depth;
     stack.resize(stack.len().max(LANES * (depth + 2)), 0);
     // Of each column, what all nodes on the way may leave, and what is written at once.
-    todo.resize(todo.len().max(2 * LANES * (depth + 3)), 0);
-    let stacks = stacks.get_or_insert_default();
-    stacks.fit(what.tree);
+    todo.resize(todo.len().max(Todo::COLUMNS * LANES * (depth + 3)), 0);
+    let course = Course::new(what.tree, what.leaves, question);
+    let mut flying = false;
     for first in (0..rays.len()).step_by(RAYS) {
         // Those rays that go through the tree alone.
         let mut alone = 0;
@@ -118,20 +120,24 @@ pub fn cast<S: Simd, C: Counter>(
                 }
             }
         }
-        if alone != 0 {
+        let flies = alone != 0 && flies(what, taken);
+        if alone != 0 && !flies {
             let tree = (what.tree, what.leaves);
-            if flies(what, taken) {
-                let room = (&mut *stacks, &mut stack[..]);
-                flights::cast(simd, tree, (taken, alone), question, room, counter);
-            } else {
-                bvh::cast(simd, tree, (taken, alone), question, stack, counter);
+            bvh::cast(simd, tree, (taken, alone), question, stack, counter);
+        }
+        let rows = first..first + taken.len;
+        taken.write(&mut t[rows.clone()], &mut code[rows]);
+        if flies {
+            let flights = flights.get_or_insert_default();
+            if !std::mem::replace(&mut flying, true) {
+                flights.fit(what.tree);
             }
+            let out = (&mut *t, &mut *code);
+            flights.take_off(simd, &course, (taken, alone, first), out, stack, counter);
         }
-        let len = taken.len;
-        t[first..first + len].copy_from_slice(&taken.t[..len]);
-        for (to, from) in code[first..first + len].iter_mut().zip(&taken.code[..len]) {
-            *to = HitCode(*from);
-        }
+    }
+    if let (true, Some(flights)) = (flying, flights) {
+        flights.land(simd, &course, (t, code), stack, counter);
     }
 }
 
@@ -162,7 +168,7 @@ impl Limits {
         let nodes = tree.nodes.len() + what.below.nodes;
         let ease = (4096.0 / nodes.max(1) as f32).sqrt();
         let spread = match question {
-            Question::Closest => 0.25,
+            Question::Closest => 0.5,
             // A ray alone stops at its first hit, a bundle only at the last ray's.
             Question::Any => 0.08,
         };
@@ -181,17 +187,12 @@ const STREWN: f32 = 0.05;
 /// near each other.
 const LARGE: usize = 2048;
 
-/// Through trees of fewer nodes they always do.
-const SMALL: usize = 64;
-
 /// Whether rays that go alone go many at once.
 #[inline(always)]
 fn flies(what: Structures<'_>, bundle: &Bundle) -> bool {
     let nodes = what.tree.nodes.len();
     match what.way {
-        Way::Auto | Way::Bundles => {
-            nodes > LARGE || (nodes > SMALL && bundle.is_strewn(STREWN * what.tree.extent))
-        }
+        Way::Auto | Way::Bundles => nodes > LARGE || bundle.is_strewn(STREWN * what.tree.extent),
         Way::Singly => false,
         Way::Flights => true,
     }

@@ -3,11 +3,11 @@
 //! primitive against the groups that may hit it, sixteen rays at once.
 
 use crate::blocks::{Block, Blocks, Shelf};
-use crate::bundle::{Bundle, GROUPS};
+use crate::bundle::{Bundle, GROUPS, RAYS};
+use crate::bvh;
 use crate::copies::{CopyBlock, PlacedTriangles};
 use crate::count::{self, Counter};
-use crate::kernels::Candidate;
-use crate::lanes::{Codes, F, LANES, RayLanes, W, WIDE, splat3};
+use crate::lanes::{Codes, F, LANES, W, WIDE, splat3};
 use crate::order;
 use crate::prefetch::prefetch;
 use crate::rays::Question;
@@ -73,11 +73,12 @@ trait Space<S: Simd>: Copy {
     /// Asks for what a child is.
     fn ask_for(self, child: Child);
 
-    /// Tests the bundle against a leaf. `todo` is what is left of the room.
+    /// Tests the bundle against a leaf: its kind, its block, and the node that it is a child of.
+    /// `todo` is what is left of the room.
     fn test<C: Counter>(
         self,
         simd: S,
-        leaf: (ShapeKind, usize),
+        leaf: (ShapeKind, usize, usize),
         bundle: &mut Bundle,
         question: Question,
         todo: Todo<'_>,
@@ -120,24 +121,29 @@ impl<S: Simd> Space<S> for (&Tree, &Blocks) {
     fn test<C: Counter>(
         self,
         simd: S,
-        (kind, block): (ShapeKind, usize),
+        (kind, block, parent): (ShapeKind, usize, usize),
         bundle: &mut Bundle,
         question: Question,
         todo: Todo<'_>,
         counter: &mut C,
     ) {
         let blocks = self.1;
+        let above = (&self.0.nodes[parent], Child::block(kind, block));
         match kind {
             ShapeKind::Sphere => {
-                test_apart(simd, &blocks.spheres, block, bundle, question, counter)
+                test_leaf(simd, (&blocks.spheres, block, above), bundle, question, counter)
             }
             // Planes are never in a tree.
             ShapeKind::Plane => {}
-            ShapeKind::Quad => test_apart(simd, &blocks.quads, block, bundle, question, counter),
-            ShapeKind::Triangle => {
-                test_apart(simd, &blocks.triangles, block, bundle, question, counter)
+            ShapeKind::Quad => {
+                test_leaf(simd, (&blocks.quads, block, above), bundle, question, counter)
             }
-            ShapeKind::Solid => test_apart(simd, &blocks.solids, block, bundle, question, counter),
+            ShapeKind::Triangle => {
+                test_leaf(simd, (&blocks.triangles, block, above), bundle, question, counter)
+            }
+            ShapeKind::Solid => {
+                test_leaf(simd, (&blocks.solids, block, above), bundle, question, counter)
+            }
             ShapeKind::Copy => {
                 walk_copy(simd, &blocks.copies[block], bundle, question, todo, counter)
             }
@@ -168,7 +174,7 @@ impl<S: Simd> Space<S> for &CopyBlock {
     fn test<C: Counter>(
         self,
         simd: S,
-        (_, block): (ShapeKind, usize),
+        (_, block, _): (ShapeKind, usize, usize),
         bundle: &mut Bundle,
         question: Question,
         _: Todo<'_>,
@@ -228,11 +234,11 @@ fn walk<S: Simd, P: Space<S>, C: Counter>(
         let (node, boxes) = space.node(simd, index, bundle.turn);
         let (entry, meets) = bundle.meet(simd, &boxes);
         let met = order::pack(simd, entry, meets, node.children(), node.order(octant));
-        todo.put(top, &met);
-        for i in top..top + met.count as usize {
+        todo.put(top, index, &met);
+        for i in top..top + met.count() as usize {
             space.ask_for(todo.child(i));
         }
-        top += met.count as usize;
+        top += met.count() as usize;
         index = loop {
             if top == 0 {
                 return;
@@ -244,6 +250,7 @@ fn walk<S: Simd, P: Space<S>, C: Counter>(
             match todo.child(top).target() {
                 Ok(node) => break node,
                 Err(leaf) => {
+                    let leaf = (leaf.0, leaf.1, todo.parent(top));
                     space.test(simd, leaf, bundle, question, todo.above(top), counter);
                 }
             }
@@ -296,7 +303,80 @@ fn test_apart<S: Simd, B: Block, C: Counter>(
     );
 }
 
-/// Tests a group against one lane of a block, which has this own box.
+/// Tests the bundle against a leaf, the child of a node. Where more primitives would have to be held against
+/// groups than there are rays that meet the box at all, each of these goes alone, against all
+/// primitives at once: so a bundle may be wide and still waste little.
+#[inline(never)]
+fn test_leaf<S: Simd, B: Block, C: Counter>(
+    simd: S,
+    (shelf, index, (parent, child)): (&Shelf<B>, usize, (&Node, Child)),
+    bundle: &mut Bundle,
+    question: Question,
+    counter: &mut C,
+) {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let (frame, block) = (&shelf.frames[index], &shelf.blocks[index]);
+            let mut met = bundle.meet_by_group(simd, &frame.turned(simd, bundle.turn));
+            if met.count_ones() > FEW {
+                let rays = bundle.meet_one(simd, met, &parent.bounds_of(child));
+                if rays.count_ones() < met.count_ones() {
+                    test_rays(simd, (shelf, index), (bundle, rays), question, counter);
+                    return;
+                }
+            }
+            while met != 0 {
+                let (group, lane) = first_of(&mut met);
+                let own = frame.box_of(simd, lane);
+                test_lane(simd, (block, lane), &own, (bundle, group), question, counter);
+            }
+        },
+    );
+}
+
+/// So many tests of groups are sooner made than rays are looked for.
+const FEW: u32 = 3;
+
+/// Tests some of the bundle's rays against a block, one after the other.
+#[inline(always)]
+fn test_rays<S: Simd, B: Block, C: Counter>(
+    simd: S,
+    (shelf, index): (&Shelf<B>, usize),
+    (bundle, rays): (&mut Bundle, u64),
+    question: Question,
+    counter: &mut C,
+) {
+    let mut changed = 0u64;
+    let mut bits = rays;
+    while bits != 0 {
+        let slot = bits.trailing_zeros() as usize % RAYS;
+        bits &= bits - 1;
+        counter.kernel(LANES, || count::prims_of(shelf.blocks[index].codes()));
+        let ray = bundle.splat(simd, slot);
+        let before = (bundle.t[slot], bundle.code[slot]);
+        let after = bvh::test(simd, shelf, index, &ray, before, F::splat(simd, before.0));
+        if after != before {
+            bundle.t[slot] = match question {
+                Question::Closest => after.0,
+                // One hit is enough.
+                Question::Any => -1.0,
+            };
+            bundle.code[slot] = after.1;
+            changed |= 1 << slot;
+        }
+    }
+    for group in 0..GROUPS {
+        let first = group * WIDE;
+        if changed >> first & ((1 << WIDE) - 1) != 0 {
+            let t = W::from_slice(simd, &bundle.t[first..first + WIDE]);
+            bundle.shorten(group, t);
+        }
+    }
+}
+
+/// Tests a group against one lane of a block, which has this own box, and notes where its rays hit
+/// nearer than before.
 #[inline(always)]
 fn test_lane<S: Simd, B: Block, C: Counter>(
     simd: S,
@@ -309,22 +389,10 @@ fn test_lane<S: Simd, B: Block, C: Counter>(
     counter.kernel(WIDE, || count::rays_of(bundle, group));
     let ray = bundle.lanes(simd, group);
     let c = block.test_one(simd, &ray, lane);
-    take(simd, bundle, group, (&ray, &c, own), question);
-}
-
-/// Notes where a group's rays hit a primitive of this box, where that is nearer than before.
-#[inline(always)]
-fn take<S: Simd>(
-    simd: S,
-    bundle: &mut Bundle,
-    group: usize,
-    (ray, c, own): (&RayLanes<S, W<S>>, &Candidate<S, W<S>>, &BoxLanes<W<S>>),
-    question: Question,
-) {
     let first = group % GROUPS * WIDE;
     let best = W::from_slice(simd, &bundle.t[first..first + WIDE]);
     if (c.hit & c.t.simd_le(best)).any_true() {
-        let (entry, passes) = enter(simd, ray, own);
+        let (entry, passes) = enter(simd, &ray, own);
         let t = entry.simd_gt(c.t).select(entry, c.t);
         let code = Codes::<S>::from_slice(simd, &bundle.code[first..first + WIDE]);
         let wins = t.simd_lt(best) | (t.simd_eq(best) & c.code.simd_lt(code));

@@ -32,6 +32,47 @@ impl Node {
         F::from_bits(U::from_slice(simd, &self.rows[row % 8]))
     }
 
+    /// For each axis the row that holds the faces which rays of an octant meet first.
+    #[inline(always)]
+    pub fn near_rows(octant: usize) -> [usize; 3] {
+        let row = |k: usize| k + Self::HI * (octant >> k & 1);
+        [row(0), row(1), row(2)]
+    }
+
+    /// Where those rows begin among all numbers of a node, and the octant itself.
+    #[inline(always)]
+    pub fn near_of(octant: usize) -> [u8; 4] {
+        const OF: [[u8; 4]; 8] = {
+            let mut of = [[0; 4]; 8];
+            let mut octant = 0;
+            while octant < 8 {
+                let mut k = 0;
+                while k < 3 {
+                    of[octant][k] = ((k + Node::HI * (octant >> k & 1)) * LANES) as u8;
+                    k += 1;
+                }
+                of[octant][3] = octant as u8;
+                octant += 1;
+            }
+            of
+        };
+        OF[octant % 8]
+    }
+
+    /// Where a row of near faces and that of far ones begin, from what [`Node::near_of`] gives.
+    #[inline(always)]
+    pub fn near_and_far(near: u8) -> (usize, usize) {
+        let near = usize::from(near) & (7 * LANES);
+        (near, near ^ (Self::HI * LANES))
+    }
+
+    /// The row that begins at such a place.
+    #[inline(always)]
+    pub fn faces_of<S: Simd>(&self, simd: S, first: usize) -> F<S> {
+        let first = first & (7 * LANES);
+        F::from_bits(U::from_slice(simd, &self.rows.as_flattened()[first..first + LANES]))
+    }
+
     /// A child.
     #[inline(always)]
     pub fn child(&self, lane: usize) -> Child {
@@ -80,6 +121,13 @@ impl Node {
         Aabb { lo: [at(0), at(1), at(2)], hi: [at(4), at(5), at(6)] }
     }
 
+    /// The box of a child that it has; empty for any other.
+    #[inline(always)]
+    pub(crate) fn bounds_of(&self, child: Child) -> Aabb {
+        let is_it = |own: &u32| *own == child.0;
+        self.children().iter().position(is_it).map_or(Aabb::EMPTY, |lane| self.bounds(lane))
+    }
+
     /// The box of all children.
     pub fn union(&self) -> Aabb {
         (0..LANES).fold(Aabb::EMPTY, |all, lane| all.union(&self.bounds(lane)))
@@ -110,6 +158,8 @@ impl Child {
     const KIND: u32 = 28;
 
     pub(crate) fn node(index: usize) -> Child {
+        // 64 GiB of nodes: all above would be taken for another kind.
+        assert!(index < 1 << Self::KIND, "node {index}");
         Child(index as u32)
     }
 

@@ -112,6 +112,36 @@ fn a_ray_alone_is_held_against_the_primitives_of_a_block() {
     assert_eq!(work.steps(), 4);
 }
 
+/// A ball fills the view of four groups of sixteen; a leaf of eight is held against so few rays that
+/// each goes alone.
+#[test]
+fn a_bundle_is_held_against_a_primitive_by_groups_or_by_ray() {
+    let (mut rays, mut hits, mut scratch) = (Rays::default(), Hits::default(), Scratch::default());
+    for i in 0..64 {
+        let [x, y] = [i % 8, i / 8].map(|k| (k as f32 - 3.5) / 80.0);
+        let length = (x * x + y * y + 1.0).sqrt();
+        let dir = [x, y, -1.0].map(|c| c / length);
+        rays.push([0.0, 0.0, 5.0], dir, f32::INFINITY, HitCode::NONE);
+    }
+    rays.pad();
+    let level = Isa::Scalar.level().unwrap();
+    let mut one = Geometry::default();
+    one.push_sphere([0.0; 3], 1.0);
+    // Small, and in a row behind one pixel.
+    let mut eight = Geometry::default();
+    for i in 0..8 {
+        let way = 5.0 + 0.1 * i as f32;
+        eight.push_sphere([way * 0.5 / 80.0, way * 0.5 / 80.0, 5.0 - way], 0.01);
+    }
+    for (geometry, lanes) in [(one, 4 * 16), (eight, 8)] {
+        let mut accel = Accel::build(&geometry, level, Structure::Tree);
+        accel.cast_by(Way::Bundles);
+        let work = accel.count(&rays, Question::Closest, &mut hits, &mut scratch);
+        assert_eq!(work.lanes % lanes, 0, "{work:?}");
+        assert_eq!(work.lanes / work.kernels.max(1), lanes.min(16), "{work:?}");
+    }
+}
+
 /// Balls in a row are behind each other for a ray along it: whichever way it runs, it needs no
 /// more than the leaf that it meets first. A row along a diagonal, so that each octant counts.
 #[test]
