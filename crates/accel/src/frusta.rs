@@ -10,7 +10,7 @@
 //! the slab test comes as near to it, in exact arithmetic, as 2^-19 of the way to it: that, and the
 //! rounding here, is what `SLACK` and the margin cover.
 
-use crate::bundle::{Bundle, GROUPS};
+use crate::bundle::{Bundle, GROUPS, RAYS};
 use crate::lanes::{F, Floats, LANES, M, TURN, W, WIDE, abs, greater, lesser, splat3};
 use crate::rays::Question;
 use crate::slab::{BoxLanes, enter};
@@ -337,7 +337,8 @@ impl Bundle {
                 rays |= meets.to_bitmask() << (WIDE * g);
             }
         }
-        rays
+        // The rest is the last ray once more.
+        rays & (u64::MAX >> (RAYS - self.len))
     }
 
     /// Where the bundle ends, in the measure of the entries that [`Bundle::meet`] gives.
