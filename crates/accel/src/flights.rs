@@ -13,7 +13,7 @@ use crate::bundle::{Bundle, RAYS};
 use crate::copies::CopyBlock;
 use crate::count::{self, Counter};
 use crate::lanes::{F, LANES, RayLanes, TURN, U, greater, lesser};
-use crate::order::{self, Packed};
+use crate::order;
 use crate::prefetch::{Ahead, prefetch};
 use crate::rays::{HitCode, Question};
 use crate::slab::{BoxLanes, LEAVE, enter};
@@ -90,11 +90,9 @@ pub struct Flights {
     /// For each axis, where the row of a node begins that holds the faces which the ray meets
     /// first; and its octant.
     near: [[u8; 4]; FLIGHTS],
-    /// Which rays need what next, twice: one is worked off while the other fills.
-    lists: [[List; 2]; LISTS],
-    /// Which of the two fills.
-    side: [usize; LISTS],
-    /// How many it has.
+    /// Which rays need what next.
+    lists: [List; LISTS],
+    /// How many they are.
     counts: [usize; LISTS],
     /// What kernels have found.
     found: Found,
@@ -128,8 +126,7 @@ impl Default for Flights {
             next: [Child::NONE; FLIGHTS],
             top: [0; FLIGHTS],
             near: [[0; 4]; FLIGHTS],
-            lists: [[std::array::from_fn(|i| i as u8); 2]; LISTS],
-            side: [0; LISTS],
+            lists: [std::array::from_fn(|i| i as u8); LISTS],
             counts,
             found: Found { t: [[0.0; LANES]; FLIGHTS], code: [[0; LANES]; FLIGHTS] },
         }
@@ -160,7 +157,7 @@ impl Flights {
                 let slot = todo.trailing_zeros() as usize % RAYS;
                 todo &= todo - 1;
                 self.counts[DONE] -= 1;
-                let i = self.at((DONE, 0), self.counts[DONE]);
+                let i = usize::from(self.lists[DONE][self.counts[DONE] % FLIGHTS]) % FLIGHTS;
                 self.rays.write(i, (&mut *t, &mut *code));
                 self.start(bundle, slot, i, first);
             }
@@ -247,47 +244,32 @@ impl Flights {
     fn put(&mut self, flight: usize, list: usize) {
         let list = list % LISTS;
         let count = self.counts[list];
-        self.lists[list][self.side[list] % 2][count % FLIGHTS] = flight as u8;
+        self.lists[list][count % FLIGHTS] = flight as u8;
         self.counts[list] = count + 1;
     }
 
-    /// Takes all from a list: gives which side has them, and how many they are. They are not copied:
-    /// a copy would wait until the last of them is written.
+    /// Takes all from a list.
     #[inline(always)]
-    fn take(&mut self, list: usize) -> (usize, usize) {
-        let side = self.side[list] % 2;
-        self.side[list] = 1 - side;
-        (side, std::mem::take(&mut self.counts[list]).min(FLIGHTS))
-    }
-
-    /// The ray at a place of a side of a list.
-    #[inline(always)]
-    fn at(&self, (list, side): (usize, usize), place: usize) -> usize {
-        usize::from(self.lists[list % LISTS][side][place % FLIGHTS]) % FLIGHTS
+    fn take(&mut self, list: usize) -> (List, usize) {
+        (self.lists[list], std::mem::take(&mut self.counts[list]).min(FLIGHTS))
     }
 
     /// Takes from a ray's stack what it visits next: the topmost that it enters before its end.
     #[inline(always)]
-    fn go_on<S: Simd>(&mut self, simd: S, i: usize, course: &Course<'_>) {
+    fn go_on<S: Simd>(&mut self, simd: S, i: usize, ahead: &Ahead) {
+        let end = F::splat(simd, self.rays.t[i]);
         let mut top = self.top[i];
-        match course.question {
-            Question::Closest => {
-                let end = F::splat(simd, self.rays.t[i]);
-                let met = loop {
-                    top = top.wrapping_sub(LANES as u32);
-                    let met = self.stacks.entries(simd, top).simd_le(end).to_bitmask() as u32;
-                    if met != 0 {
-                        break met;
-                    }
-                };
-                top += met.ilog2();
+        let met = loop {
+            top = top.wrapping_sub(LANES as u32);
+            let met = self.stacks.entries(simd, top).simd_le(end).to_bitmask() as u32;
+            if met != 0 {
+                break met;
             }
-            // All that is there: its end is what it was when that was put there.
-            Question::Any => top = top.wrapping_sub(1),
-        }
+        };
+        top += met.ilog2();
         let next = self.stacks.child(top);
         (self.top[i], self.next[i]) = (top, next);
-        course.ahead.ask_for(next);
+        ahead.ask_for(next);
         self.put(i, next.kind());
     }
 }
@@ -326,42 +308,23 @@ fn visit_all<S: Simd, C: Counter>(simd: S, course: &Course<'_>, f: &mut Flights,
     simd.vectorize(
         #[inline(always)]
         || {
-            let (side, count) = f.take(NODES);
-            let (list, nodes) = ((NODES, side), &course.tree.nodes);
-            match course.question {
-                Question::Closest => {
-                    for place in 0..count {
-                        counter.node();
-                        let i = f.at(list, place);
-                        let met = visit(simd, nodes, f, i);
-                        f.stacks.put(f.top[i], &met.entries, &met.children);
-                        f.top[i] += met.count();
-                    }
-                    // Apart, since a load of what has just been stored in two parts would wait for
-                    // it.
-                    for place in 0..count {
-                        f.go_on(simd, f.at(list, place), course);
-                    }
-                }
-                Question::Any => {
-                    for place in 0..count {
-                        counter.node();
-                        let i = f.at(list, place);
-                        let met = visit(simd, nodes, f, i);
-                        f.stacks.put_children(f.top[i], &met.children);
-                        f.top[i] += met.count();
-                        f.go_on(simd, i, course);
-                    }
-                }
+            let (list, count) = f.take(NODES);
+            for flight in &list[..count] {
+                counter.node();
+                visit(simd, &course.tree.nodes, f, usize::from(*flight) % FLIGHTS);
+            }
+            // Apart, since a load of what has just been stored in two parts would wait for it.
+            for flight in &list[..count] {
+                f.go_on(simd, usize::from(*flight) % FLIGHTS, &course.ahead);
             }
         },
     );
 }
 
-/// Holds a ray against the boxes of a node's children; gives those that it meets, the farthest
-/// first.
+/// Holds a ray against the boxes of a node's children; those that it meets go onto its stack, the
+/// farthest lowest.
 #[inline(always)]
-fn visit<S: Simd>(simd: S, nodes: &[Node], f: &Flights, i: usize) -> Packed {
+fn visit<S: Simd>(simd: S, nodes: &[Node], f: &mut Flights, i: usize) {
     let node = &nodes[f.next[i].0 as usize];
     let (r, [near @ .., octant]) = (&f.rays, f.near[i]);
     let mut entry = F::splat(simd, 0.0);
@@ -375,7 +338,9 @@ fn visit<S: Simd>(simd: S, nodes: &[Node], f: &Flights, i: usize) -> Packed {
     // An equal entry may still hold a tie with a lower id.
     let exit = lesser(simd, exit * LEAVE, F::splat(simd, r.t[i]));
     let order = node.order(usize::from(octant));
-    order::pack(simd, entry, entry.simd_le(exit), node.children(), order)
+    let met = order::pack(simd, entry, entry.simd_le(exit), node.children(), order);
+    f.stacks.put(f.top[i], &met.entries, &met.children);
+    f.top[i] += met.count();
 }
 
 /// Tests the blocks of one kind that rays need next.
@@ -390,12 +355,10 @@ fn test_all<S: Simd, B: Block, C: Counter>(
     simd.vectorize(
         #[inline(always)]
         || {
-            let list = Child::block(kind, 0).kind();
-            let (side, count) = f.take(list);
-            let list = (list, side);
+            let (list, count) = f.take(Child::block(kind, 0).kind());
             let (mut near, mut hitting) = ([0u8; FLIGHTS], 0);
-            for j in 0..count {
-                let i = f.at(list, j);
+            for (j, flight) in list[..count].iter().enumerate() {
+                let i = usize::from(*flight) % FLIGHTS;
                 let block = &shelf.blocks[f.next[i].index()];
                 counter.kernel(LANES, || count::prims_of(block.codes()));
                 let c = block.test(simd, &f.rays.splat(simd, i));
@@ -410,13 +373,13 @@ fn test_all<S: Simd, B: Block, C: Counter>(
             let near = &near[..hitting.min(FLIGHTS)];
             // Only those few need their boxes.
             for j in near {
-                let i = f.at(list, usize::from(*j));
+                let i = usize::from(list[usize::from(*j) % FLIGHTS]) % FLIGHTS;
                 prefetch(&shelf.frames, f.next[i].index());
             }
             let mut done = 0u32;
             for j in near {
                 let j = usize::from(*j) % FLIGHTS;
-                let i = f.at(list, j);
+                let i = usize::from(list[j]) % FLIGHTS;
                 let before = (f.rays.t[i], f.rays.code[i]);
                 let ray = f.rays.splat(simd, i);
                 let own = shelf.frames[f.next[i].index()].boxes(simd);
@@ -426,12 +389,12 @@ fn test_all<S: Simd, B: Block, C: Counter>(
                     done |= u32::from(course.question == Question::Any) << i;
                 }
             }
-            for place in 0..count {
-                let i = f.at(list, place);
+            for flight in &list[..count] {
+                let i = usize::from(*flight) % FLIGHTS;
                 if done >> i & 1 == 1 {
                     f.put(i, DONE);
                 } else {
-                    f.go_on(simd, i, course);
+                    f.go_on(simd, i, &course.ahead);
                 }
             }
         },
@@ -451,11 +414,9 @@ fn go_through<S: Simd, C: Counter>(
         #[inline(always)]
         || {
             let question = course.question;
-            let list = Child::block(ShapeKind::Copy, 0).kind();
-            let (side, count) = f.take(list);
-            let list = (list, side);
-            for place in 0..count {
-                let i = f.at(list, place);
+            let (list, count) = f.take(Child::block(ShapeKind::Copy, 0).kind());
+            for flight in &list[..count] {
+                let i = usize::from(*flight) % FLIGHTS;
                 let before = (f.rays.t[i], f.rays.code[i]);
                 let (copy, ray) = (&copies[f.next[i].index()], f.rays.splat(simd, i));
                 let ray = (&ray, Node::near_rows(usize::from(f.near[i][3])));
@@ -464,7 +425,7 @@ fn go_through<S: Simd, C: Counter>(
                 if after != before && question == Question::Any {
                     f.put(i, DONE);
                 } else {
-                    f.go_on(simd, i, course);
+                    f.go_on(simd, i, &course.ahead);
                 }
             }
         },

@@ -66,13 +66,6 @@ impl Stacks {
         Child(self.words[CHILDREN + at as usize % ROOM])
     }
 
-    /// Writes what eight are.
-    #[inline(always)]
-    pub fn put_children(&mut self, at: u32, children: &[u32; LANES]) {
-        let first = CHILDREN + at as usize % ROOM;
-        self.words[first..first + LANES].copy_from_slice(children);
-    }
-
     /// Writes eight.
     #[inline(always)]
     pub fn put(&mut self, at: u32, entries: &[u32; LANES], children: &[u32; LANES]) {
