@@ -190,16 +190,6 @@ impl Bundle {
         }
     }
 
-    /// What the box test needs of one ray, in all lanes: origin and 1 / direction.
-    #[inline(always)]
-    pub fn slabs<S: Simd>(&self, simd: S, slot: usize) -> ([F<S>; 3], [F<S>; 3]) {
-        let at = |c: &[f32; RAYS]| F::splat(simd, c[slot % RAYS]);
-        (
-            [at(&self.o[0]), at(&self.o[1]), at(&self.o[2])],
-            [at(&self.inv[0]), at(&self.inv[1]), at(&self.inv[2])],
-        )
-    }
-
     /// The octant of a ray's direction: bit k is set if it is negative along axis k.
     #[inline(always)]
     pub fn octant(&self, slot: usize) -> usize {

@@ -340,7 +340,7 @@ fn visit<S: Simd>(simd: S, nodes: &[Node], f: &mut Flights, i: usize) {
     let order = node.order(usize::from(octant));
     let met = order::pack(simd, entry, entry.simd_le(exit), node.children(), order);
     f.stacks.put(f.top[i], &met.entries, &met.children);
-    f.top[i] += met.count();
+    f.top[i] += met.count;
 }
 
 /// Tests the blocks of one kind that rays need next.

@@ -14,22 +14,8 @@ pub struct Packed {
     pub entries: [u32; LANES],
     /// What they are.
     pub children: [u32; LANES],
-    /// Which places in the order are met, a bit each.
-    pub set: u32,
-}
-
-impl Packed {
     /// How many are met.
-    #[inline(always)]
-    pub fn count(&self) -> u32 {
-        self.set.count_ones()
-    }
-
-    /// The lane of the last that is met, if any is; else anything.
-    #[inline(always)]
-    pub fn last(&self, order: Order) -> usize {
-        (order >> (3 * (self.set | 1).ilog2())) as usize % LANES
-    }
+    pub count: u32,
 }
 
 /// An order of eight lanes, three bits each, the first lowest.
@@ -92,15 +78,12 @@ pub fn pack<S: Simd>(
     let _ = simd;
     let (entry, bits) = (entry.to_bits(), met.to_bitmask());
     let entry = entry.as_slice();
-    let mut packed = Packed { entries: [0; LANES], children: [0; LANES], set: 0 };
-    let mut count = 0;
+    let mut packed = Packed { entries: [0; LANES], children: [0; LANES], count: 0 };
     for i in 0..LANES {
         let lane = (order >> (3 * i)) as usize % LANES;
-        (packed.entries[count % LANES], packed.children[count % LANES]) =
-            (entry[lane], children[lane]);
-        let is_met = (bits >> lane) as u32 & 1;
-        packed.set |= is_met << i;
-        count += is_met as usize;
+        let to = packed.count as usize % LANES;
+        (packed.entries[to], packed.children[to]) = (entry[lane], children[lane]);
+        packed.count += (bits >> lane) as u32 & 1;
     }
     packed
 }
@@ -154,7 +137,7 @@ mod avx2 {
             let order = _mm256_permutevar8x32_epi32(order, members);
             let entries: u32x8<_> = _mm256_permutevar8x32_epi32(entries, order).simd_into(avx2);
             let children: u32x8<_> = _mm256_permutevar8x32_epi32(children, order).simd_into(avx2);
-            Packed { entries: entries.into(), children: children.into(), set: set as u32 }
+            Packed { entries: entries.into(), children: children.into(), count: set.count_ones() }
         }
     );
 }

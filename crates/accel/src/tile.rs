@@ -2,7 +2,7 @@
 //! eight at once; those of a leaf against the frusta of its groups, two groups at once; and then each
 //! primitive against the groups that may hit it, sixteen rays at once.
 
-use crate::blocks::{Block, Blocks, Shelf};
+use crate::blocks::{Block, Blocks, Frame, Shelf};
 use crate::bundle::{Bundle, GROUPS, RAYS};
 use crate::bvh;
 use crate::copies::{CopyBlock, PlacedTriangles};
@@ -235,10 +235,10 @@ fn walk<S: Simd, P: Space<S>, C: Counter>(
         let (entry, meets) = bundle.meet(simd, &boxes);
         let met = order::pack(simd, entry, meets, node.children(), node.order(octant));
         todo.put(top, index, &met);
-        for i in top..top + met.count() as usize {
+        for i in top..top + met.count as usize {
             space.ask_for(todo.child(i));
         }
-        top += met.count() as usize;
+        top += met.count as usize;
         index = loop {
             if top == 0 {
                 return;
@@ -293,19 +293,15 @@ fn test_apart<S: Simd, B: Block, C: Counter>(
         #[inline(always)]
         || {
             let (frame, block) = (&shelf.frames[block], &shelf.blocks[block]);
-            let mut met = bundle.meet_by_group(simd, &frame.turned(simd, bundle.turn));
-            while met != 0 {
-                let (group, lane) = first_of(&mut met);
-                let own = frame.box_of(simd, lane);
-                test_lane(simd, (block, lane), &own, (bundle, group), question, counter);
-            }
+            let met = bundle.meet_by_group(simd, &frame.turned(simd, bundle.turn));
+            test_groups(simd, (frame, block), (bundle, met), question, counter);
         },
     );
 }
 
-/// Tests the bundle against a leaf, the child of a node. Where more primitives would have to be held against
-/// groups than there are rays that meet the box at all, each of these goes alone, against all
-/// primitives at once: so a bundle may be wide and still waste little.
+/// Tests the bundle against a leaf, the child of a node. Where more primitives would have to be held
+/// against groups than there are rays that meet the box at all, each of these goes alone, against
+/// all primitives at once: so a bundle may be wide and still waste little.
 #[inline(never)]
 fn test_leaf<S: Simd, B: Block, C: Counter>(
     simd: S,
@@ -318,7 +314,7 @@ fn test_leaf<S: Simd, B: Block, C: Counter>(
         #[inline(always)]
         || {
             let (frame, block) = (&shelf.frames[index], &shelf.blocks[index]);
-            let mut met = bundle.meet_by_group(simd, &frame.turned(simd, bundle.turn));
+            let met = bundle.meet_by_group(simd, &frame.turned(simd, bundle.turn));
             if met.count_ones() > FEW {
                 let rays = bundle.meet_one(simd, met, &parent.bounds_of(child));
                 if rays.count_ones() < met.count_ones() {
@@ -326,13 +322,25 @@ fn test_leaf<S: Simd, B: Block, C: Counter>(
                     return;
                 }
             }
-            while met != 0 {
-                let (group, lane) = first_of(&mut met);
-                let own = frame.box_of(simd, lane);
-                test_lane(simd, (block, lane), &own, (bundle, group), question, counter);
-            }
+            test_groups(simd, (frame, block), (bundle, met), question, counter);
         },
     );
+}
+
+/// Tests those groups and primitives of a block that [`Bundle::meet_by_group`] gives.
+#[inline(always)]
+fn test_groups<S: Simd, B: Block, C: Counter>(
+    simd: S,
+    (frame, block): (&Frame, &B),
+    (bundle, mut met): (&mut Bundle, u32),
+    question: Question,
+    counter: &mut C,
+) {
+    while met != 0 {
+        let (group, lane) = first_of(&mut met);
+        let own = frame.box_of(simd, lane);
+        test_lane(simd, (block, lane), &own, (bundle, group), question, counter);
+    }
 }
 
 /// So many tests of groups are sooner made than rays are looked for.
