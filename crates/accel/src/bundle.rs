@@ -1,7 +1,7 @@
 //! Up to 64 rays that have the sign and place of their longest axis in common.
 
 use crate::frusta::Frusta;
-use crate::lanes::{Codes, F, LANES, RayLanes, TURN, U, W, WIDE, abs, dot, rows3};
+use crate::lanes::{Codes, F, LANES, RayLanes, TURN, U, W, WIDE, WideMask, abs, dot, rows3};
 use crate::rays::{HitCode, Rays};
 use crate::tree::Node;
 use fearless_simd::prelude::*;
@@ -62,7 +62,6 @@ impl Bundle {
     pub fn take<S: Simd>(&mut self, simd: S, rays: &Rays, first: usize) -> Option<u32> {
         self.len = RAYS.min(rays.len() - first);
         let (zero, one) = (W::splat(simd, 0.0), W::splat(simd, 1.0));
-        let inf = W::splat(simd, f32::INFINITY);
         let code = |code: u32| Codes::<S>::splat(simd, code);
         let mut common = self.len == RAYS;
         for at in (0..self.len).step_by(WIDE) {
@@ -71,19 +70,9 @@ impl Bundle {
                 (rows3(simd, &rays.origin, row), rows3(simd, &rays.dir, row));
             let end = W::from_slice(simd, &rays.t_max[row..row + WIDE]);
             let inv = [one / d[0], one / d[1], one / d[2]];
-            let size = [abs(d[0]), abs(d[1]), abs(d[2])];
-            // The longest axis; of equal ones the first.
-            let is_x = size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]);
-            let is_y = size[1].simd_ge(size[2]);
-            let pick = |x: W<S>, y: W<S>, z: W<S>| is_x.select(x, is_y.select(y, z));
-            let third = pick(d[0], d[1], d[2]);
-            let castable = dot(d, d).simd_gt(zero)
-                & dot(d, d).simd_lt(inf)
-                & (abs(o[0]) + abs(o[1]) + abs(o[2])).simd_lt(inf)
-                & end.simd_gt(zero);
-            let axis = is_x.select(code(0), is_y.select(code(2), code(4)));
-            let sign = third.simd_lt(zero).select(code(1), code(0));
-            let class = castable.select(axis | sign, code(NO_CLASS));
+            let axes = Axes::of(d);
+            let third = axes.pick(d[0], d[1], d[2]);
+            let class = axes.class(simd, third, is_castable(simd, o, d, end));
             let negative = |k: usize| inv[k].simd_lt(zero).select(code(1 << k), code(0));
             let octant = negative(0) | negative(1) | negative(2);
             let lanes = at..at + WIDE;
@@ -96,9 +85,9 @@ impl Bundle {
                 inv[k].store_slice(&mut self.inv[k][lanes.clone()]);
             }
             let shear = [
-                pick(d[1], d[2], d[0]) / third,
-                pick(d[2], d[0], d[1]) / third,
-                pick(inv[0], inv[1], inv[2]),
+                axes.pick(d[1], d[2], d[0]) / third,
+                axes.pick(d[2], d[0], d[1]) / third,
+                axes.pick(inv[0], inv[1], inv[2]),
             ];
             for (to, shear) in self.shear.iter_mut().zip(shear) {
                 shear.store_slice(&mut to[lanes.clone()]);
@@ -274,3 +263,47 @@ impl Default for Bundle {
 /// The class of a ray is twice its longest axis, plus 1 if it runs backward along that; this one
 /// can hit nothing.
 pub const NO_CLASS: u32 = 6;
+
+/// The longest axis of each ray; of equal ones the first.
+pub struct Axes<S: Simd> {
+    is_x: WideMask<S>,
+    /// Unless it is x.
+    is_y: WideMask<S>,
+}
+
+impl<S: Simd> Axes<S> {
+    /// Of directions.
+    #[inline(always)]
+    pub fn of(d: [W<S>; 3]) -> Axes<S> {
+        let size = [abs(d[0]), abs(d[1]), abs(d[2])];
+        Axes {
+            is_x: size[0].simd_ge(size[1]) & size[0].simd_ge(size[2]),
+            is_y: size[1].simd_ge(size[2]),
+        }
+    }
+
+    /// What belongs to the longest axis.
+    #[inline(always)]
+    pub fn pick(&self, x: W<S>, y: W<S>, z: W<S>) -> W<S> {
+        self.is_x.select(x, self.is_y.select(y, z))
+    }
+
+    /// The classes of rays with such components along their longest axes.
+    #[inline(always)]
+    pub fn class(&self, simd: S, longest: W<S>, castable: WideMask<S>) -> Codes<S> {
+        let code = |code: u32| Codes::<S>::splat(simd, code);
+        let axis = self.is_x.select(code(0), self.is_y.select(code(2), code(4)));
+        let sign = longest.simd_lt(W::splat(simd, 0.0)).select(code(1), code(0));
+        castable.select(axis | sign, code(NO_CLASS))
+    }
+}
+
+/// Which rays can hit anything at all.
+#[inline(always)]
+pub fn is_castable<S: Simd>(simd: S, o: [W<S>; 3], d: [W<S>; 3], end: W<S>) -> WideMask<S> {
+    let (zero, inf) = (W::splat(simd, 0.0), W::splat(simd, f32::INFINITY));
+    dot(d, d).simd_gt(zero)
+        & dot(d, d).simd_lt(inf)
+        & (abs(o[0]) + abs(o[1]) + abs(o[2])).simd_lt(inf)
+        & end.simd_gt(zero)
+}

@@ -14,6 +14,8 @@ pub type W<S> = f32x16<S>;
 pub type F<S> = f32x8<S>;
 /// The `u32` lanes beside those of [`W`].
 pub type Codes<S> = <W<S> as SimdFloat<S>>::Bits;
+/// Yes or no, beside those of [`W`].
+pub type WideMask<S> = <W<S> as SimdBase<S>>::Mask;
 /// `u32` lanes.
 pub type U<S> = u32x8<S>;
 /// Yes or no, a lane each.

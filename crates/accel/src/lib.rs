@@ -42,6 +42,7 @@
 //! | [`frusta`] | the frusta that hold them |
 //! | [`tile`] | a bundle through the list and the tree |
 //! | [`refit`] | primitives that moved |
+//! | [`regroup`] | shadow rays in the order in which their light sees them |
 //! | [`stream`] | streams to bundles and single rays |
 //! | [`known`] | rays in lanes against what they are known to hit |
 //! | [`accel`] | all of it behind two calls |
@@ -66,6 +67,7 @@ pub mod order;
 pub mod prefetch;
 pub mod rays;
 pub mod refit;
+pub mod regroup;
 pub mod slab;
 pub mod solid;
 pub mod solids;

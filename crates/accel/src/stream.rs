@@ -5,13 +5,15 @@ use crate::blocks::Blocks;
 use crate::bundle::{Bundle, NO_CLASS, RAYS};
 use crate::bvh;
 use crate::count::Counter;
-use crate::flights::{Course, Flights};
+use crate::flights::{Course, Flights, Out};
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Question, Rays};
+use crate::regroup::{Regrouped, WINDOW};
 use crate::tile;
 use crate::tree::Tree;
 use crate::visit::{Key, Todo};
 use fearless_simd::prelude::*;
+use std::ops::Range;
 
 /// What rays are cast at.
 #[derive(Clone, Copy)]
@@ -54,6 +56,13 @@ pub enum Way {
 /// Memory of one thread.
 #[derive(Default)]
 pub struct Memory {
+    legs: Legs,
+    regrouped: Regrouped,
+}
+
+/// What rays are on their way with.
+#[derive(Default)]
+struct Legs {
     taken: Box<Bundle>,
     some: Box<Bundle>,
     /// For single rays.
@@ -79,65 +88,145 @@ pub fn cast<S: Simd, C: Counter>(
         return;
     }
     let limits = Limits::of(what, question);
-    let Memory { taken, some, stack, todo, flights } = memory;
-    let depth = what.tree.depth + what.below.depth;
-    stack.resize(stack.len().max(LANES * (depth + 2)), 0);
-    // Of each column, what all nodes on the way may leave, and what is written at once.
-    todo.resize(todo.len().max(Todo::COLUMNS * LANES * (depth + 3)), 0);
-    let course = Course::new(what.tree, what.leaves, question);
-    let mut flying = false;
-    for first in (0..rays.len()).step_by(RAYS) {
-        // Those rays that go through the tree alone.
-        let mut alone = 0;
-        if taken.take(simd, rays, first).is_some() {
-            taken.bound(simd, question);
-            if !cast_bundle(simd, (what, limits), question, taken, todo, counter) {
-                alone = taken.castable(simd);
-            }
-        } else if what.list.is_empty()
-            && (taken.is_strewn(limits.strewn) || taken.is_scattered(limits.apart, limits.spread))
+    let Memory { legs, regrouped } = memory;
+    legs.fit(what);
+    let regroups = has_tree && question == Question::Any && what.way == Way::Auto;
+    for first in (0..rays.len()).step_by(WINDOW) {
+        let window = first..rays.len().min(first + WINDOW);
+        if regroups
+            && legs.run_apart(simd, limits, (rays, window.clone()))
+            && regrouped.sort(simd, rays, window.clone(), limits.spread)
         {
-            alone = taken.castable(simd);
+            let Regrouped { rays: sorted, t, code: found, .. } = &mut *regrouped;
+            let (window_of, out) = ((&*sorted, 0..sorted.len()), (&mut t[..], &mut found[..]));
+            legs.cast(simd, (what, limits), window_of, question, out, counter);
+            regrouped.put_back(&mut code[window]);
         } else {
-            let mut slots = [[0u8; RAYS]; NO_CLASS as usize + 1];
-            let mut counts = [0; NO_CLASS as usize + 1];
-            for (slot, class) in taken.classes().iter().enumerate() {
-                let class = *class as usize % slots.len();
-                slots[class][counts[class] % RAYS] = slot as u8;
-                counts[class] += 1;
-            }
-            for (slots, count) in slots.iter().zip(counts).take(NO_CLASS as usize) {
-                if count > 0 {
-                    let slots = &slots[..count];
-                    some.select(taken, slots);
-                    some.bound(simd, question);
-                    let through = cast_bundle(simd, (what, limits), question, some, todo, counter);
-                    for (i, slot) in slots.iter().enumerate() {
-                        let slot = usize::from(*slot) % RAYS;
-                        (taken.t[slot], taken.code[slot]) = (some.t[i], some.code[i]);
-                        alone |= u64::from(!through && taken.is_castable(slot)) << slot;
+            let out = (&mut *t, &mut *code);
+            legs.cast(simd, (what, limits), (rays, window), question, out, counter);
+        }
+    }
+}
+
+impl Legs {
+    /// Makes room for ways through a tree.
+    fn fit(&mut self, what: Structures<'_>) {
+        let Legs { stack, todo, .. } = self;
+        let depth = what.tree.depth + what.below.depth;
+        stack.resize(stack.len().max(LANES * (depth + 2)), 0);
+        // Of each column, what all nodes on the way may leave, and what is written at once.
+        todo.resize(todo.len().max(Todo::COLUMNS * LANES * (depth + 3)), 0);
+    }
+
+    /// Whether most bundles of a window would have to be left for single rays; by a sample.
+    #[inline(always)]
+    fn run_apart<S: Simd>(
+        &mut self,
+        simd: S,
+        limits: Limits,
+        (rays, window): (&Rays, Range<usize>),
+    ) -> bool {
+        const SAMPLES: usize = 8;
+        let bundles = window.len() / RAYS;
+        let mut apart = 0;
+        for i in 0..SAMPLES.min(bundles) {
+            let first = window.start + i * bundles / SAMPLES.min(bundles) * RAYS;
+            let bundle = &mut self.taken;
+            apart += usize::from(if bundle.take(simd, rays, first).is_some() {
+                bundle.bound(simd, Question::Any);
+                !limits.hold(bundle)
+            } else {
+                bundle.is_scattered(limits.apart, limits.spread)
+            });
+        }
+        2 * apart > SAMPLES
+    }
+
+    /// Casts the rays of a window.
+    #[inline(never)]
+    fn cast<S: Simd, C: Counter>(
+        &mut self,
+        simd: S,
+        what: (Structures<'_>, Limits),
+        window: (&Rays, Range<usize>),
+        question: Question,
+        out: Out<'_>,
+        counter: &mut C,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.cast_window(simd, what, window, question, out, counter),
+        );
+    }
+
+    #[inline(always)]
+    fn cast_window<S: Simd, C: Counter>(
+        &mut self,
+        simd: S,
+        (what, limits): (Structures<'_>, Limits),
+        (rays, window): (&Rays, Range<usize>),
+        question: Question,
+        (t, code): Out<'_>,
+        counter: &mut C,
+    ) {
+        let Legs { taken, some, stack, todo, flights } = self;
+        let course = Course::new(what.tree, what.leaves, question);
+        let mut flying = false;
+        for first in window.step_by(RAYS) {
+            // Those rays that go through the tree alone.
+            let mut alone = 0;
+            if taken.take(simd, rays, first).is_some() {
+                taken.bound(simd, question);
+                if !cast_bundle(simd, (what, limits), question, taken, todo, counter) {
+                    alone = taken.castable(simd);
+                }
+            } else if what.list.is_empty()
+                && (taken.is_strewn(limits.strewn)
+                    || taken.is_scattered(limits.apart, limits.spread))
+            {
+                alone = taken.castable(simd);
+            } else {
+                let mut slots = [[0u8; RAYS]; NO_CLASS as usize + 1];
+                let mut counts = [0; NO_CLASS as usize + 1];
+                for (slot, class) in taken.classes().iter().enumerate() {
+                    let class = *class as usize % slots.len();
+                    slots[class][counts[class] % RAYS] = slot as u8;
+                    counts[class] += 1;
+                }
+                for (slots, count) in slots.iter().zip(counts).take(NO_CLASS as usize) {
+                    if count > 0 {
+                        let slots = &slots[..count];
+                        some.select(taken, slots);
+                        some.bound(simd, question);
+                        let through =
+                            cast_bundle(simd, (what, limits), question, some, todo, counter);
+                        for (i, slot) in slots.iter().enumerate() {
+                            let slot = usize::from(*slot) % RAYS;
+                            (taken.t[slot], taken.code[slot]) = (some.t[i], some.code[i]);
+                            alone |= u64::from(!through && taken.is_castable(slot)) << slot;
+                        }
                     }
                 }
             }
-        }
-        let flies = alone != 0 && flies(what, taken);
-        if alone != 0 && !flies {
-            let tree = (what.tree, what.leaves);
-            bvh::cast(simd, tree, (taken, alone), question, stack, counter);
-        }
-        let rows = first..first + taken.len;
-        taken.write(&mut t[rows.clone()], &mut code[rows]);
-        if flies {
-            let flights = flights.get_or_insert_default();
-            if !std::mem::replace(&mut flying, true) {
-                flights.fit(what.tree);
+            let flies = alone != 0 && flies(what, taken);
+            if alone != 0 && !flies {
+                let tree = (what.tree, what.leaves);
+                bvh::cast(simd, tree, (taken, alone), question, stack, counter);
             }
-            let out = (&mut *t, &mut *code);
-            flights.take_off(simd, &course, (taken, alone, first), out, stack, counter);
+            let rows = first..first + taken.len;
+            taken.write(&mut t[rows.clone()], &mut code[rows]);
+            if flies {
+                let flights = flights.get_or_insert_default();
+                if !std::mem::replace(&mut flying, true) {
+                    flights.fit(what.tree);
+                }
+                let out = (&mut *t, &mut *code);
+                flights.take_off(simd, &course, (taken, alone, first), out, stack, counter);
+            }
         }
-    }
-    if let (true, Some(flights)) = (flying, flights) {
-        flights.land(simd, &course, (t, code), stack, counter);
+        if let (true, Some(flights)) = (flying, flights) {
+            flights.land(simd, &course, (t, code), stack, counter);
+        }
     }
 }
 
@@ -178,6 +267,13 @@ impl Limits {
             strewn: STREWN * tree.extent,
         }
     }
+
+    /// Whether a bundle is narrow enough to be followed as one.
+    #[inline(always)]
+    fn hold(&self, bundle: &Bundle) -> bool {
+        let (slopes, origins) = bundle.spread();
+        slopes < self.spread && origins < self.apart && bundle.len > LANES
+    }
 }
 
 /// From this part of the tree's extent on, rays start so far apart that they have nothing in common.
@@ -212,8 +308,7 @@ fn cast_bundle<S: Simd, C: Counter>(
     if what.tree.nodes.is_empty() {
         return true;
     }
-    let (slopes, origins) = bundle.spread();
-    let runs = slopes < limits.spread && origins < limits.apart && bundle.len > LANES;
+    let runs = limits.hold(bundle);
     if runs {
         let tree = (what.tree, what.leaves);
         tile::cast(simd, tree, bundle, question, Todo::new(room), counter);
