@@ -95,7 +95,6 @@ impl Regrouped {
         let splat = |x: f32| W::splat(simd, x);
         let (zero, inf) = (splat(0.0), splat(f32::INFINITY));
         let (mut lo, mut hi) = ([inf; 2], [zero - inf; 2]);
-        let mut together = true;
         let mut faces = 0;
         for at in (0..padded).step_by(WIDE) {
             let row = window.start + at;
@@ -111,7 +110,9 @@ impl Regrouped {
                 stray = greater(simd, abs(o[k] + end * d[k] - splat(apex[k])), stray);
             }
             let near = stray.simd_lt(end * (1.0 / 64.0)) & end.simd_lt(inf);
-            together &= (near | !castable).all_true();
+            if !(near | !castable).all_true() {
+                return None;
+            }
             let others = [axes.pick(d[1], d[2], d[0]), axes.pick(d[2], d[0], d[1])];
             for k in 0..2 {
                 let slope = others[k] / third;
@@ -124,7 +125,7 @@ impl Regrouped {
         }
         let range = |k: usize| [lo[k].reduce_min(), hi[k].reduce_max()];
         let faces = (faces & ((1 << NO_CLASS) - 1)).count_ones();
-        (together && faces > 0).then(|| View { slopes: [range(0), range(1)], faces })
+        (faces > 0).then(|| View { slopes: [range(0), range(1)], faces })
     }
 
     /// Finds which row comes where.

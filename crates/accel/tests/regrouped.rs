@@ -58,15 +58,19 @@ fn to(light: [f32; 3], count: usize, odd: Option<usize>) -> Rays {
 /// How many rays of a stream are put in order at once, and some that are left over.
 const MANY: usize = (1 << 16) + 4_500;
 
-/// Streams, and whether their rays are to be put in order: towards a light, another beside the
-/// corner of its cube map, one with odd rays; so few that they have hardly other neighbours; and towards several lights.
+/// Streams, and whether their rays are to be put in order: those of a sun, which end nowhere; towards
+/// a light, another beside the corner of its cube map, and with odd rays among them; so few that they
+/// have hardly other neighbours; and towards two lights.
 fn streams() -> Vec<(&'static str, Rays, bool)> {
     let far = [3.0, 9.0, 2.0];
     let mut lights = to(far, MANY / 2, None);
     let other = to([-9.0, 1.0, 2.0], MANY / 2, None);
     (0..other.len()).for_each(|i| lights.push_from(&other, i));
     lights.pad();
+    let mut sun = to([300.0, 900.0, 200.0], MANY, None);
+    sun.t_max.fill(f32::INFINITY);
     vec![
+        ("a sun", sun, false),
         ("one light", to(far, MANY, None), true),
         ("a corner", to([20.0, 20.0, 20.0], MANY, None), true),
         ("odd rays", to(far, MANY, Some(50)), true),
