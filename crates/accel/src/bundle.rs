@@ -71,7 +71,7 @@ impl Bundle {
             let end = W::from_slice(simd, &rays.t_max[row..row + WIDE]);
             let inv = [one / d[0], one / d[1], one / d[2]];
             let axes = Axes::of(d);
-            let third = axes.pick(d[0], d[1], d[2]);
+            let [first, second, third] = axes.turned(d);
             let class = axes.class(simd, third, is_castable(simd, o, d, end));
             let negative = |k: usize| inv[k].simd_lt(zero).select(code(1 << k), code(0));
             let octant = negative(0) | negative(1) | negative(2);
@@ -84,11 +84,7 @@ impl Bundle {
                 d[k].store_slice(&mut self.d[k][lanes.clone()]);
                 inv[k].store_slice(&mut self.inv[k][lanes.clone()]);
             }
-            let shear = [
-                axes.pick(d[1], d[2], d[0]) / third,
-                axes.pick(d[2], d[0], d[1]) / third,
-                axes.pick(inv[0], inv[1], inv[2]),
-            ];
+            let shear = [first / third, second / third, axes.pick(inv[0], inv[1], inv[2])];
             for (to, shear) in self.shear.iter_mut().zip(shear) {
                 shear.store_slice(&mut to[lanes.clone()]);
             }
@@ -286,6 +282,13 @@ impl<S: Simd> Axes<S> {
     #[inline(always)]
     pub fn pick(&self, x: W<S>, y: W<S>, z: W<S>) -> W<S> {
         self.is_x.select(x, self.is_y.select(y, z))
+    }
+
+    /// Vectors with the longest axis third, as [`TURN`] has it.
+    #[inline(always)]
+    pub fn turned(&self, v: [W<S>; 3]) -> [W<S>; 3] {
+        let [x, y, z] = v;
+        [self.pick(y, z, x), self.pick(z, x, y), self.pick(x, y, z)]
     }
 
     /// The classes of rays with such components along their longest axes.

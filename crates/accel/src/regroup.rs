@@ -102,7 +102,7 @@ impl Regrouped {
                 (rows3(simd, &rays.origin, row), rows3(simd, &rays.dir, row));
             let end = W::from_slice(simd, &rays.t_max[row..row + WIDE]);
             let axes = Axes::of(d);
-            let third = axes.pick(d[0], d[1], d[2]);
+            let [first, second, third] = axes.turned(d);
             let castable = is_castable(simd, o, d, end);
             let class = axes.class(simd, third, castable);
             let mut stray = zero;
@@ -113,9 +113,7 @@ impl Regrouped {
             if !(near | !castable).all_true() {
                 return None;
             }
-            let others = [axes.pick(d[1], d[2], d[0]), axes.pick(d[2], d[0], d[1])];
-            for k in 0..2 {
-                let slope = others[k] / third;
+            for (k, slope) in [first / third, second / third].into_iter().enumerate() {
                 slope.store_slice(&mut self.slopes[k][at..at + WIDE]);
                 lo[k] = lesser(simd, castable.select(slope, inf), lo[k]);
                 hi[k] = greater(simd, castable.select(slope, zero - inf), hi[k]);
