@@ -12,6 +12,7 @@ use crate::blocks::{Block, Blocks, Shelf};
 use crate::bundle::{Bundle, RAYS};
 use crate::copies::CopyBlock;
 use crate::count::{self, Counter};
+use crate::entry_points::EntryPoints;
 use crate::lanes::{F, LANES, RayLanes, TURN, U, greater, lesser};
 use crate::order;
 use crate::prefetch::{Ahead, prefetch};
@@ -146,20 +147,38 @@ impl Flights {
         &mut self,
         simd: S,
         course: &Course<'_>,
-        (bundle, mut todo, first): (&Bundle, u64, usize),
+        (bundle, mut todo, points): (&Bundle, u64, Option<&EntryPoints>),
+        first: usize,
         out: Out<'_>,
         keys: &mut [Key],
         counter: &mut C,
     ) {
         let (t, code) = out;
         while todo != 0 {
+            let (mut started, mut count) = ([0; FLIGHTS], 0);
             while todo != 0 && self.counts[DONE] > 0 {
                 let slot = todo.trailing_zeros() as usize % RAYS;
                 todo &= todo - 1;
                 self.counts[DONE] -= 1;
-                let i = usize::from(self.lists[DONE][self.counts[DONE] % FLIGHTS]) % FLIGHTS;
+                let flight = self.lists[DONE][self.counts[DONE] % FLIGHTS];
+                let i = usize::from(flight) % FLIGHTS;
                 self.rays.write(i, (&mut *t, &mut *code));
                 self.start(bundle, slot, i, first);
+                match points {
+                    Some(points) => {
+                        self.enter_at(points, slot, i);
+                        started[count % FLIGHTS] = flight;
+                        count += 1;
+                    }
+                    None => {
+                        self.next[i] = Child::ROOT;
+                        self.put(i, NODES);
+                    }
+                }
+            }
+            // Apart, since a load of what has just been stored in parts would wait for it.
+            for flight in &started[..count.min(FLIGHTS)] {
+                self.go_on(simd, usize::from(*flight) % FLIGHTS, &course.ahead);
             }
             if todo != 0 {
                 self.step(simd, course, keys, counter);
@@ -185,7 +204,7 @@ impl Flights {
         }
     }
 
-    /// Sets off with a ray of the bundle.
+    /// Makes a ray of the bundle ready to set off.
     #[inline(always)]
     fn start(&mut self, bundle: &Bundle, slot: usize, i: usize, first: usize) {
         let r = &mut self.rays;
@@ -203,8 +222,15 @@ impl Flights {
         r.row[i] = (first + slot) as u32;
         self.near[i] = Node::near_of(bundle.octant(slot));
         self.top[i] = (i * self.stacks.share + LANES) as u32;
-        self.next[i] = Child::ROOT;
-        self.put(i, NODES);
+    }
+
+    /// Puts a ray's entry points onto its stack.
+    #[inline(always)]
+    fn enter_at(&mut self, points: &EntryPoints, slot: usize, i: usize) {
+        for (entry, child) in points.of(slot) {
+            self.stacks.push(self.top[i], entry, child);
+            self.top[i] += 1;
+        }
     }
 
     /// Works off the list of most rays, more or less.

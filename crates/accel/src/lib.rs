@@ -56,6 +56,7 @@ pub mod bundle;
 pub mod bvh;
 pub mod copies;
 pub mod count;
+pub mod entry_points;
 pub mod flights;
 pub mod frusta;
 pub mod isa;

@@ -27,9 +27,21 @@ pub fn enter<S: Simd, V: Floats<S>>(
     ray: &RayLanes<S, V>,
     b: &BoxLanes<V>,
 ) -> (V, V::Mask) {
+    enter_before(simd, ray, b, V::splat(simd, f32::INFINITY))
+}
+
+/// The same of rays that end, where those that enter a box later do not pass it. One that enters it
+/// just where it ends does: what it has hit there may tie with a lower id.
+#[inline(always)]
+pub fn enter_before<S: Simd, V: Floats<S>>(
+    simd: S,
+    ray: &RayLanes<S, V>,
+    b: &BoxLanes<V>,
+    end: V,
+) -> (V, V::Mask) {
     let zero = V::splat(simd, 0.0);
     let mut entry = zero;
-    let mut exit = V::splat(simd, f32::INFINITY);
+    let mut exit = end;
     for k in 0..3 {
         let is_negative = ray.inv[k].simd_lt(zero);
         let near = (is_negative.select(b.hi[k], b.lo[k]) - ray.o[k]) * ray.inv[k];

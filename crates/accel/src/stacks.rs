@@ -1,5 +1,6 @@
 //! What single rays have still to visit.
 
+use crate::entry_points::POINTS;
 use crate::lanes::{F, LANES, U};
 use crate::tree::{Child, Tree};
 use fearless_simd::prelude::*;
@@ -36,11 +37,11 @@ impl Stacks {
     /// would else compete for the same lines.
     ///
     /// # Panics
-    /// If the tree has more than 250 levels; one of binned branches has at most a hundred.
+    /// If the tree has more than 240 levels; one of binned branches has at most a hundred.
     pub fn fit(&mut self, tree: &Tree) {
         // The end of a stack, what all nodes on the way may leave there, and what is written at
         // once.
-        let share = LANES * (tree.depth + 3);
+        let share = LANES * (tree.depth + 3) + POINTS;
         if share == self.share {
             return;
         }
@@ -64,6 +65,14 @@ impl Stacks {
     #[inline(always)]
     pub fn child(&self, at: u32) -> Child {
         Child(self.words[CHILDREN + at as usize % ROOM])
+    }
+
+    /// Writes one.
+    #[inline(always)]
+    pub fn push(&mut self, at: u32, entry: f32, child: Child) {
+        let at = at as usize % ROOM;
+        self.words[at] = entry.to_bits();
+        self.words[CHILDREN + at] = child.0;
     }
 
     /// Writes eight.

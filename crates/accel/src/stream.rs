@@ -5,6 +5,7 @@ use crate::blocks::Blocks;
 use crate::bundle::{Bundle, NO_CLASS, RAYS};
 use crate::bvh;
 use crate::count::Counter;
+use crate::entry_points::EntryPoints;
 use crate::flights::{Course, Flights, Out};
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Question, Rays};
@@ -70,6 +71,7 @@ struct Legs {
     /// For bundles.
     todo: Vec<u32>,
     flights: Option<Box<Flights>>,
+    points: Option<Box<EntryPoints>>,
 }
 
 /// Casts all rays; `t` and `code` hold their ends and no code, and get their hits.
@@ -169,7 +171,7 @@ impl Legs {
         (t, code): Out<'_>,
         counter: &mut C,
     ) {
-        let Legs { taken, some, stack, todo, flights } = self;
+        let Legs { taken, some, stack, todo, flights, points } = self;
         let course = Course::new(what.tree, what.leaves, question);
         let mut flying = false;
         for first in window.step_by(RAYS) {
@@ -221,7 +223,13 @@ impl Legs {
                     flights.fit(what.tree);
                 }
                 let out = (&mut *t, &mut *code);
-                flights.take_off(simd, &course, (taken, alone, first), out, stack, counter);
+                let points = if taken.is_strewn(limits.strewn) {
+                    None
+                } else {
+                    let points = points.get_or_insert_default();
+                    points.find(simd, what.tree, (taken, alone), counter)
+                };
+                flights.take_off(simd, &course, (taken, alone, points), first, out, stack, counter);
             }
         }
         if let (true, Some(flights)) = (flying, flights) {
