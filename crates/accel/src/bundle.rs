@@ -3,7 +3,6 @@
 use crate::frusta::Frusta;
 use crate::lanes::{Codes, F, LANES, RayLanes, TURN, U, W, WIDE, WideMask, abs, dot, rows3};
 use crate::rays::{HitCode, Rays};
-use crate::tree::Node;
 use fearless_simd::prelude::*;
 
 /// The most rays of a bundle.
@@ -179,12 +178,6 @@ impl Bundle {
     #[inline(always)]
     pub fn octant(&self, slot: usize) -> usize {
         self.octant[slot % RAYS] as usize % LANES
-    }
-
-    /// For each axis the row of a node that holds the faces which a ray meets first.
-    #[inline(always)]
-    pub fn near(&self, slot: usize) -> [usize; 3] {
-        Node::near_rows(self.octant(slot))
     }
 
     /// Whether rays that are looked at as a sample start far from each other or run apart.

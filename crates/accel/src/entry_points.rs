@@ -8,12 +8,13 @@
 //! single rays. The name is from Reshetov, Soupikov and Hurley, "Multi-Level Ray Tracing Algorithm",
 //! SIGGRAPH 2005, who have one for all rays of a frustum.)
 
-use crate::bundle::{Bundle, GROUPS, RAYS};
+use crate::bundle::{Bundle, RAYS};
 use crate::count::Counter;
 use crate::lanes::{LANES, W, WIDE, splat3};
 use crate::slab::{BoxLanes, enter_before};
 use crate::tree::{Child, Node, Tree};
 use fearless_simd::prelude::*;
+use reflet_pack::Aabb;
 
 /// A node that fewer rays of a bundle visit is left to each of them.
 const MANY: u32 = RAYS as u32 / 2;
@@ -92,47 +93,18 @@ impl EntryPoints {
     /// Puts the children of a node where it was, and at the end.
     #[inline(always)]
     fn open<S: Simd>(&mut self, simd: S, node: &Node, bundle: &Bundle, at: usize) {
-        let rays = self.rays[at];
-        let mut met = [[0u16; GROUPS]; LANES];
         let mut entries = [[0.0; RAYS]; LANES];
-        for g in 0..GROUPS {
-            if rays >> (g * WIDE) & 0xffff == 0 {
-                continue;
-            }
-            let lanes = g * WIDE..(g + 1) * WIDE;
-            let ray = bundle.lanes(simd, g);
-            let end = W::from_slice(simd, &bundle.t[lanes.clone()]);
-            for lane in 0..LANES {
-                let b = node.bounds(lane);
-                let own = BoxLanes { lo: splat3(simd, b.lo), hi: splat3(simd, b.hi) };
-                let (entry, passes) = enter_before(simd, &ray, &own, end);
-                met[lane][g] = passes.to_bitmask() as u16;
-                entry.store_slice(&mut entries[lane][lanes.clone()]);
-            }
-        }
+        let met = meet(simd, node, (bundle, self.rays[at]), &mut entries);
         self.rays[at] = 0;
         let mut to = at;
-        for lane in 0..LANES {
-            let met = met[lane];
-            let met = u64::from(met[0])
-                | u64::from(met[1]) << 16
-                | u64::from(met[2]) << 32
-                | u64::from(met[3]) << 48;
-            let met = met & rays;
-            if met == 0 {
-                continue;
+        for (lane, (met, entry)) in met.into_iter().zip(&entries).enumerate() {
+            if met != 0 {
+                self.child[to] = node.child(lane);
+                self.rays[to] = met;
+                self.entry[to] = *entry;
+                self.far[to] = far(&node.bounds(lane), bundle, met);
+                to = if to == at { self.count } else { to + 1 };
             }
-            let b = node.bounds(lane);
-            let first = met.trailing_zeros() as usize % RAYS;
-            let mut far = 0.0;
-            for k in 0..3 {
-                far += (0.5 * (b.lo[k] + b.hi[k]) - bundle.o[k][first]).abs();
-            }
-            self.child[to] = node.child(lane);
-            self.rays[to] = met;
-            self.entry[to] = entries[lane];
-            self.far[to] = far;
-            to = if to == at { self.count } else { to + 1 };
         }
         self.count = self.count.max(to);
     }
@@ -177,4 +149,42 @@ impl EntryPoints {
             Some((self.entry[i][slot % RAYS], self.child[i]))
         })
     }
+}
+
+/// Which of some rays of a bundle meet each child of a node, and where they enter it.
+#[inline(always)]
+fn meet<S: Simd>(
+    simd: S,
+    node: &Node,
+    (bundle, rays): (&Bundle, u64),
+    entries: &mut [[f32; RAYS]; LANES],
+) -> [u64; LANES] {
+    let mut all = [0; LANES];
+    for first in (0..RAYS).step_by(WIDE) {
+        if rays >> first & u64::from(u16::MAX) == 0 {
+            continue;
+        }
+        let group = first..first + WIDE;
+        let (ray, end) =
+            (bundle.lanes(simd, first / WIDE), W::from_slice(simd, &bundle.t[group.clone()]));
+        for (lane, (met, to)) in all.iter_mut().zip(&mut *entries).enumerate() {
+            let b = node.bounds(lane);
+            let own = BoxLanes { lo: splat3(simd, b.lo), hi: splat3(simd, b.hi) };
+            let (entry, passes) = enter_before(simd, &ray, &own, end);
+            *met |= passes.to_bitmask() << first;
+            entry.store_slice(&mut to[group.clone()]);
+        }
+    }
+    for met in &mut all {
+        *met &= rays;
+    }
+    all
+}
+
+/// How far a box is from rays that start near each other: from the first, axis by axis, to its middle.
+#[inline(always)]
+fn far(b: &Aabb, bundle: &Bundle, rays: u64) -> f32 {
+    let first = rays.trailing_zeros() as usize % RAYS;
+    let along = |k: usize| (0.5 * (b.lo[k] + b.hi[k]) - bundle.o[k][first]).abs();
+    along(0) + along(1) + along(2)
 }

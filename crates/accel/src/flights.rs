@@ -19,9 +19,8 @@ use crate::prefetch::{Ahead, prefetch};
 use crate::rays::{HitCode, Question};
 use crate::slab::{BoxLanes, LEAVE, enter};
 use crate::stacks::{STACKS, Stacks};
-use crate::through;
+use crate::through::{self, Key};
 use crate::tree::{Child, Node, Tree};
-use crate::visit::Key;
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
 
@@ -57,6 +56,18 @@ impl<'a> Course<'a> {
     pub fn new(tree: &'a Tree, blocks: &'a Blocks, question: Question) -> Course<'a> {
         Course { tree, blocks, question, ahead: Ahead::of(tree, blocks) }
     }
+}
+
+/// Rays that are to set off.
+pub struct Departure<'a> {
+    /// Where they are.
+    pub bundle: &'a Bundle,
+    /// Which of it, a bit each.
+    pub rays: u64,
+    /// The row of the bundle's first ray.
+    pub first: usize,
+    /// Where they begin; at the root if not told.
+    pub points: Option<&'a EntryPoints>,
 }
 
 /// Where what rays hit is written.
@@ -140,20 +151,18 @@ impl Flights {
         self.stacks.fit(tree);
     }
 
-    /// Sets off with those rays of the bundle whose bits are set in `todo`, and follows rays under
-    /// way until all of these have found a place. `first` is the row of the bundle's first ray;
-    /// `keys` is room for rays that go through copies of meshes.
+    /// Sets off with rays of a bundle, and follows rays under way until all of these have found a
+    /// place. `keys` is room for rays that go through copies of meshes.
     pub fn take_off<S: Simd, C: Counter>(
         &mut self,
         simd: S,
         course: &Course<'_>,
-        (bundle, mut todo, points): (&Bundle, u64, Option<&EntryPoints>),
-        first: usize,
-        out: Out<'_>,
+        from: Departure<'_>,
+        (t, code): Out<'_>,
         keys: &mut [Key],
         counter: &mut C,
     ) {
-        let (t, code) = out;
+        let Departure { bundle, rays: mut todo, first, points } = from;
         while todo != 0 {
             let (mut started, mut count) = ([0; FLIGHTS], 0);
             while todo != 0 && self.counts[DONE] > 0 {

@@ -31,9 +31,8 @@
 //! | [`bins`] | where it cuts a branch in two |
 //! | [`copies`] | meshes that stand in the scene once more |
 //! | [`through`] | one ray through one of them |
-//! | [`visit`] | a node's children that a ray meets, nearest first |
-//! | [`bvh`] | one ray through the tree |
-//! | [`flights`] | many single rays at once |
+//! | [`flights`] | single rays, many at once |
+//! | [`entry_points`] | where in the tree those of a bundle set out |
 //! | [`stacks`] | what they have still to visit |
 //! | [`order`] | a node's children in the order of a ray |
 //! | [`prefetch`] | memory asked for early |
@@ -41,6 +40,7 @@
 //! | [`bundle`] | rays that run together |
 //! | [`frusta`] | the frusta that hold them |
 //! | [`tile`] | a bundle through the list and the tree |
+//! | [`todo`] | what it has still to visit |
 //! | [`refit`] | primitives that moved |
 //! | [`regroup`] | shadow rays in the order in which their light sees them |
 //! | [`stream`] | streams to bundles and single rays |
@@ -53,7 +53,6 @@ pub mod blocks;
 pub mod brute;
 pub mod build;
 pub mod bundle;
-pub mod bvh;
 pub mod copies;
 pub mod count;
 pub mod entry_points;
@@ -76,8 +75,8 @@ pub mod stacks;
 pub mod stream;
 pub mod through;
 pub mod tile;
+pub mod todo;
 pub mod tree;
-pub mod visit;
 
 pub use accel::{Accel, Scratch, Structure};
 pub use build::Quality;

@@ -3,16 +3,16 @@
 
 use crate::blocks::Blocks;
 use crate::bundle::{Bundle, NO_CLASS, RAYS};
-use crate::bvh;
 use crate::count::Counter;
 use crate::entry_points::EntryPoints;
-use crate::flights::{Course, Flights, Out};
+use crate::flights::{Course, Departure, Flights, Out};
 use crate::lanes::LANES;
 use crate::rays::{HitCode, Question, Rays};
 use crate::regroup::{Regrouped, WINDOW};
+use crate::through::Key;
 use crate::tile;
+use crate::todo::Todo;
 use crate::tree::Tree;
-use crate::visit::{Key, Todo};
 use fearless_simd::prelude::*;
 use std::ops::Range;
 
@@ -48,10 +48,8 @@ pub enum Way {
     Auto,
     /// In bundles, culled by their frusta.
     Bundles,
-    /// One after the other.
-    Singly,
     /// Each on its own, many under way at once.
-    Flights,
+    Singly,
 }
 
 /// Memory of one thread.
@@ -66,8 +64,8 @@ pub struct Memory {
 struct Legs {
     taken: Box<Bundle>,
     some: Box<Bundle>,
-    /// For single rays.
-    stack: Vec<Key>,
+    /// For single rays through copies of meshes.
+    keys: Vec<Key>,
     /// For bundles.
     todo: Vec<u32>,
     flights: Option<Box<Flights>>,
@@ -113,11 +111,12 @@ pub fn cast<S: Simd, C: Counter>(
 impl Legs {
     /// Makes room for ways through a tree.
     fn fit(&mut self, what: Structures<'_>) {
-        let Legs { stack, todo, .. } = self;
-        let depth = what.tree.depth + what.below.depth;
-        stack.resize(stack.len().max(LANES * (depth + 2)), 0);
+        let Legs { keys, todo, .. } = self;
+        let below = what.below.depth;
+        keys.resize(keys.len().max(LANES * (below + 2)), 0);
         // Of each column, what all nodes on the way may leave, and what is written at once.
-        todo.resize(todo.len().max(Todo::COLUMNS * LANES * (depth + 3)), 0);
+        let room = Todo::COLUMNS * LANES * (what.tree.depth + below + 3);
+        todo.resize(todo.len().max(room), 0);
     }
 
     /// Whether most bundles of a window would have to be left for single rays; by a sample.
@@ -171,7 +170,7 @@ impl Legs {
         (t, code): Out<'_>,
         counter: &mut C,
     ) {
-        let Legs { taken, some, stack, todo, flights, points } = self;
+        let Legs { taken, some, keys, todo, flights, points } = self;
         let course = Course::new(what.tree, what.leaves, question);
         let mut flying = false;
         for first in window.step_by(RAYS) {
@@ -210,14 +209,9 @@ impl Legs {
                     }
                 }
             }
-            let flies = alone != 0 && flies(what, taken);
-            if alone != 0 && !flies {
-                let tree = (what.tree, what.leaves);
-                bvh::cast(simd, tree, (taken, alone), question, stack, counter);
-            }
             let rows = first..first + taken.len;
             taken.write(&mut t[rows.clone()], &mut code[rows]);
-            if flies {
+            if alone != 0 {
                 let flights = flights.get_or_insert_default();
                 if !std::mem::replace(&mut flying, true) {
                     flights.fit(what.tree);
@@ -229,11 +223,12 @@ impl Legs {
                     let points = points.get_or_insert_default();
                     points.find(simd, what.tree, (taken, alone), counter)
                 };
-                flights.take_off(simd, &course, (taken, alone, points), first, out, stack, counter);
+                let from = Departure { bundle: taken, rays: alone, first, points };
+                flights.take_off(simd, &course, from, out, keys, counter);
             }
         }
         if let (true, Some(flights)) = (flying, flights) {
-            flights.land(simd, &course, (t, code), stack, counter);
+            flights.land(simd, &course, (t, code), keys, counter);
         }
     }
 }
@@ -257,8 +252,8 @@ impl Limits {
                 let all = f32::INFINITY;
                 return Limits { apart: all, spread: all, strewn: all };
             }
-            Way::Singly | Way::Flights => {
-                return Limits { apart: -1.0, spread: -1.0, strewn: -1.0 };
+            Way::Singly => {
+                return Limits { apart: -1.0, spread: -1.0, strewn: f32::INFINITY };
             }
         }
         // The fewer nodes there are, the less a wide bundle visits in vain.
@@ -272,7 +267,7 @@ impl Limits {
         Limits {
             apart: 0.02 * ease * tree.extent,
             spread: spread * ease,
-            strewn: STREWN * tree.extent,
+            strewn: 0.05 * tree.extent,
         }
     }
 
@@ -281,24 +276,6 @@ impl Limits {
     fn hold(&self, bundle: &Bundle) -> bool {
         let (slopes, origins) = bundle.spread();
         slopes < self.spread && origins < self.apart && bundle.len > LANES
-    }
-}
-
-/// From this part of the tree's extent on, rays start so far apart that they have nothing in common.
-const STREWN: f32 = 0.05;
-
-/// Trees of fewer nodes stay in the cache, more or less: there rays go one by one, if they start
-/// near each other.
-const LARGE: usize = 2048;
-
-/// Whether rays that go alone go many at once.
-#[inline(always)]
-fn flies(what: Structures<'_>, bundle: &Bundle) -> bool {
-    let nodes = what.tree.nodes.len();
-    match what.way {
-        Way::Auto | Way::Bundles => nodes > LARGE || bundle.is_strewn(STREWN * what.tree.extent),
-        Way::Singly => false,
-        Way::Flights => true,
     }
 }
 

@@ -7,12 +7,40 @@ use crate::lanes::{F, LANES, RayLanes, greater, lesser};
 use crate::rays::Question;
 use crate::slab::LEAVE;
 use crate::tree::{Child, Node};
-use crate::visit::{Key, entry_of, insert, key};
 use fearless_simd::prelude::*;
+
+/// Children still to be visited: where the ray enters them, as the upper half, and what they are.
+/// An entry is not negative, so its bits are ordered as it is.
+pub type Key = u64;
+
+/// The key of a child.
+#[inline(always)]
+fn key(entry: f32, child: Child) -> Key {
+    u64::from(entry.to_bits()) << 32 | u64::from(child.0)
+}
+
+/// Puts a key onto the part of a stack from `bottom` to `top` that is in order, the farthest lowest;
+/// gives the new top.
+#[inline(always)]
+fn insert(keys: &mut [Key], bottom: usize, top: usize, key: Key) -> usize {
+    let mut at = top;
+    while at > bottom && keys[at - 1] < key {
+        keys[at] = keys[at - 1];
+        at -= 1;
+    }
+    keys[at] = key;
+    top + 1
+}
+
+/// Where the child of a key is entered.
+#[inline(always)]
+fn entry_of(key: Key) -> f32 {
+    f32::from_bits((key >> 32) as u32)
+}
 
 /// The better of `found` and the closest hit of a ray (in all lanes) in a copy, or any. `near` says
 /// for each axis which row of a node holds the faces that the ray meets first; `keys` is what is
-/// left of the stack. (Not inlined: it is rare, and would make the walk above it long.)
+/// left of the stack. (Not inlined: it is rare, and would make the code around it long.)
 #[inline(never)]
 pub fn cast<S: Simd, C: Counter>(
     simd: S,

@@ -4,16 +4,15 @@
 
 use crate::blocks::{Block, Blocks, Frame, Shelf};
 use crate::bundle::{Bundle, GROUPS, RAYS};
-use crate::bvh;
 use crate::copies::{CopyBlock, PlacedTriangles};
 use crate::count::{self, Counter};
-use crate::lanes::{Codes, F, LANES, W, WIDE, splat3};
+use crate::lanes::{Codes, F, LANES, RayLanes, W, WIDE, splat3};
 use crate::order;
 use crate::prefetch::prefetch;
 use crate::rays::Question;
 use crate::slab::{BoxLanes, enter};
+use crate::todo::Todo;
 use crate::tree::{Child, Node, Tree};
-use crate::visit::Todo;
 use fearless_simd::prelude::*;
 use reflet_pack::ShapeKind;
 
@@ -363,7 +362,7 @@ fn test_rays<S: Simd, B: Block, C: Counter>(
         counter.kernel(LANES, || count::prims_of(shelf.blocks[index].codes()));
         let ray = bundle.splat(simd, slot);
         let before = (bundle.t[slot], bundle.code[slot]);
-        let after = bvh::test(simd, shelf, index, &ray, before, F::splat(simd, before.0));
+        let after = test_ray(simd, shelf, index, &ray, before);
         if after != before {
             bundle.t[slot] = match question {
                 Question::Closest => after.0,
@@ -381,6 +380,34 @@ fn test_rays<S: Simd, B: Block, C: Counter>(
             bundle.shorten(group, t);
         }
     }
+}
+
+/// The better of `best` and the closest hit of one ray in a block.
+#[inline(always)]
+fn test_ray<S: Simd, B: Block>(
+    simd: S,
+    shelf: &Shelf<B>,
+    block: usize,
+    ray: &RayLanes<S>,
+    mut best: (f32, u32),
+) -> (f32, u32) {
+    let end = F::splat(simd, best.0);
+    let c = shelf.blocks[block].test(simd, ray);
+    let near = c.hit & c.t.simd_le(end);
+    if near.any_true() {
+        let (entry, passes) = enter(simd, ray, &shelf.frames[block].boxes(simd));
+        let t = entry.simd_gt(c.t).select(entry, c.t);
+        let mut bits = (near & passes & t.simd_le(end)).to_bitmask();
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize % LANES;
+            bits &= bits - 1;
+            let found = (t.as_slice()[lane], c.code.as_slice()[lane]);
+            if found.0 < best.0 || (found.0 == best.0 && found.1 < best.1) {
+                best = found;
+            }
+        }
+    }
+    best
 }
 
 /// Tests a group against one lane of a block, which has this own box, and notes where its rays hit

@@ -60,7 +60,7 @@ fn every_level_takes_the_same_steps_to_the_same_hits() {
         let geometry = geometry(n);
         let level = Isa::Auto.level().unwrap();
         let mut accel = Accel::build(&geometry, level, structure);
-        for way in [Way::Auto, Way::Bundles, Way::Singly, Way::Flights] {
+        for way in [Way::Auto, Way::Bundles, Way::Singly] {
             accel.cast_by(way);
             for (rays, question) in
                 streams.iter().flat_map(|r| [Question::Closest, Question::Any].map(|q| (r, q)))
@@ -154,7 +154,7 @@ fn rays_alone_visit_what_is_nearest_first() {
             geometry.push_sphere(sign.map(|s| s * (i as f32 - 31.5)), 0.25);
         }
         let mut accel = Accel::build(&geometry, Isa::Scalar.level().unwrap(), Structure::Tree);
-        accel.cast_by(Way::Flights);
+        accel.cast_by(Way::Singly);
         let mut rays = Rays::default();
         let dir = sign.map(|s| s / 3f32.sqrt());
         rays.push(sign.map(|s| s * -40.0), dir, f32::INFINITY, HitCode::NONE);

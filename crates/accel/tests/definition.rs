@@ -358,7 +358,7 @@ fn moved(dice: &mut Dice, g: &Geometry) -> (Geometry, Vec<Slot>) {
     (to, moved)
 }
 
-const WAYS: [Way; 4] = [Way::Auto, Way::Bundles, Way::Singly, Way::Flights];
+const WAYS: [Way; 3] = [Way::Auto, Way::Bundles, Way::Singly];
 const STRUCTURES: [Structure; 2] = [Structure::List, Structure::Tree];
 
 fn assert_equal(columns: &Columns, rays: &Rays) {

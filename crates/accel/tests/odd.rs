@@ -92,7 +92,7 @@ fn odd_rays_and_flat_triangles_hit_the_same_on_every_level() {
                 let level = isa.level().expect("available");
                 for structure in [Structure::List, Structure::Tree] {
                     let mut accel = Accel::build(&g, level, structure);
-                    for way in [Way::Auto, Way::Bundles, Way::Singly, Way::Flights] {
+                    for way in [Way::Auto, Way::Bundles, Way::Singly] {
                         accel.cast_by(way);
                         let (hits, scratch) = (&mut Hits::default(), &mut Scratch::default());
                         accel.closest(&rays, hits, scratch, &mut Default::default());
