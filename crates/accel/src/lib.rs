@@ -40,7 +40,7 @@
 //! | [`bundle`] | rays that run together |
 //! | [`frusta`] | the frusta that hold them |
 //! | [`tile`] | a bundle through the list and the tree |
-//! | [`todo`] | what it has still to visit |
+//! | [`todo`](mod@todo) | what it has still to visit |
 //! | [`refit`] | primitives that moved |
 //! | [`regroup`] | shadow rays in the order in which their light sees them |
 //! | [`stream`] | streams to bundles and single rays |
