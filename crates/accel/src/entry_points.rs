@@ -1,8 +1,8 @@
 //! Where in the tree each ray of a bundle sets out alone.
 //!
-//! Rays that start near each other but run apart have the upper levels of the tree in common still,
-//! and so have any rays its very first. A node that many of a bundle visit is held against sixteen
-//! of them at once, child by child; below it each goes alone, from its own entry points. (Benthin,
+//! Rays that start near each other but run apart have the upper levels of the tree in common still.
+//! A node that many of a bundle visit is held against sixteen of them at once, child by child; below
+//! it each goes alone, from its own entry points. Rays that are strewn begin at the root. (Benthin,
 //! Wald, Woop, Ernst and Mark, "Combining Single and Packet-Ray Tracing for Arbitrary Ray
 //! Distributions on the Intel MIC Architecture", IEEE TVCG 2012, change over so from packets to
 //! single rays. The name is from Reshetov, Soupikov and Hurley, "Multi-Level Ray Tracing Algorithm",

@@ -40,7 +40,7 @@ impl Stacks {
     /// If the tree has more than 240 levels; one of binned branches has at most a hundred.
     pub fn fit(&mut self, tree: &Tree) {
         // The end of a stack, what all nodes on the way may leave there, and what is written at
-        // once.
+        // once; below these, entry points.
         let share = LANES * (tree.depth + 3) + POINTS;
         if share == self.share {
             return;
