@@ -30,8 +30,11 @@ pub struct Keep {
     /// Light terms and cells.
     pub revision: Revision,
     woken: Vec<MaterialId>,
+    /// Materials that cast a mirrored ray in one of the two frames only, ascending.
+    toggled: Vec<MaterialId>,
     repainted: Vec<SurfaceId>,
     limits_grew: bool,
+    limits_differ: bool,
     /// Materials whose numbers changed, ascending.
     recoloured: Vec<MaterialId>,
     /// Whether colours changed in which any node takes part.
@@ -98,6 +101,8 @@ impl Plan {
         let mut keep = Keep {
             woken: changes.woken.clone(),
             repainted: changes.repainted.clone(),
+            toggled: changes.toggled().collect(),
+            limits_differ: (new.max_bounces, new.max_path) != (old.max_bounces, old.max_path),
             limits_grew: new.max_bounces > old.max_bounces || new.max_path > old.max_path,
             recoloured: changes.materials.iter().map(|c| c.material).collect(),
             relit: changes.model || changes.samples || !changes.lights.is_empty(),
@@ -139,6 +144,15 @@ impl Keep {
                 || self.repainted.binary_search(&slot.surface).is_ok()
         };
         self.limits_grew || trees.palette.iter().any(awake)
+    }
+
+    /// Whether nodes of trees with this palette may reflect now and did not before, or the reverse.
+    pub fn toggles(&self, trees: &Trees, columns: &Columns) -> bool {
+        let toggled = |slot: &reflet_trace::palette::Slot| {
+            self.toggled.binary_search(&slot.material(columns)).is_ok()
+                || self.repainted.binary_search(&slot.surface).is_ok()
+        };
+        self.limits_differ || trees.palette.iter().any(toggled)
     }
 
     /// Whether trees with this palette may have other colours now, even if they stayed as they are.

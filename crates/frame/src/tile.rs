@@ -169,7 +169,9 @@ impl Worker {
                 if tiler.last.is_some() {
                     changed = Pixels::Same;
                 }
-                if self.update(keep, tracer, (wide, 0), &mut kept.samples[0]) == Pixels::MayDiffer {
+                let updated = self.update(keep, tracer, (wide, 0), &mut kept.samples[0]);
+                let toggles = keep.toggles(&kept.samples[0], tracer.columns);
+                if updated == Pixels::MayDiffer || toggles {
                     changed = Pixels::MayDiffer;
                     let edges = tracer.edges(&kept.samples[0], (wide, rect), &mut self.edges);
                     if edges != kept.edges {

@@ -10,7 +10,8 @@ use reflet_accel::{Isa, Structure};
 use reflet_film::{Layout, Picture, SampleKind, Transfer, TransferTable};
 use reflet_frame::engine::Work;
 use reflet_frame::{Batch, Engine, EngineOptions, Reuse};
-use reflet_pack::{Changes, Columns, SceneHasher, Volume};
+use reflet_pack::{Changes, Columns, MaterialChange, SceneHasher, Volume};
+use reflet_scene::{Image, Spread};
 use reflet_trace::BatchColours;
 use std::num::NonZeroUsize;
 use std::sync::atomic::AtomicBool;
@@ -110,11 +111,17 @@ fn play(seed: u64, frames: &[Vec<Edit>], tamper: Tamper) -> Result<(), String> {
     let mut stage = stage(&mut dice);
     let mut warm = engine(&mut dice, Reuse::Keep);
     let longest = [1, 2, 16][dice.below(3)];
+    let samples = 2 + dice.below(2) as u32;
+    let adaptive = (dice.below(3) == 0).then_some((samples, Spread::Edges));
     let mut before = stage.packer.columns().clone();
     let mut hasher = SceneHasher::default();
     let (mut pending, mut last) = (Pending::default(), None);
     for (frame, edits) in std::iter::once(&Vec::new()).chain(frames).enumerate() {
         stage.scene.rewind();
+        if let Some((samples, spread)) = adaptive {
+            let key = stage.scene.singletons.image.expect("an image");
+            stage.scene.set(key, Image { samples, spread, ..stage.scene.image() });
+        }
         for (kind, seed) in edits {
             edit(*kind, &mut stage, &mut Dice(*seed));
         }
@@ -229,9 +236,14 @@ fn each_comparison_is_needed() {
         }
     }
     // The comparison left out, and the edit that needs it.
-    let left_out: [(&str, usize, Tamper); 15] = [
+    let left_out: [(&str, usize, Tamper); 16] = [
         ("materials", 1, |c| c.materials.clear()),
         ("woken materials", 0, |c| c.woken.clear()),
+        ("materials that no longer reflect", 0, |c| {
+            // Their colours are told, but not that they reflected before.
+            let ceased = |m: &&mut MaterialChange| m.new.is_some_and(|row| !row.is_specular());
+            c.materials.iter_mut().filter(ceased).for_each(|m| m.old = m.new);
+        }),
         ("repainted surfaces", 8, |c| c.repainted.clear()),
         ("pattern cells", 9, |c| c.patterns.clear()),
         ("surfaces", 5, |c| c.surfaces.clear()),

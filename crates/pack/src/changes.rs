@@ -79,6 +79,12 @@ impl Changes {
         *self == Changes::default()
     }
 
+    /// Materials that cast a mirrored ray in one of the two frames only, ascending.
+    pub fn toggled(&self) -> impl Iterator<Item = MaterialId> + '_ {
+        let casts = |m: &Option<MaterialRow>| m.as_ref().is_some_and(MaterialRow::is_specular);
+        self.materials.iter().filter(move |c| casts(&c.old) != casts(&c.new)).map(|c| c.material)
+    }
+
     /// The full comparison of two frames. [`crate::Packer::update`] finds the same by looking only
     /// at the rows that a frame touched.
     pub fn between(old: &Columns, new: &Columns) -> Changes {

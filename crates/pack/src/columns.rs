@@ -57,9 +57,9 @@ pub(crate) enum PartBits {
 /// All of one surface, as bits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct SurfaceBits {
-    /// The first primitive, and the shape: a row that another mesh pushed along is another shape to
-    /// whoever knows its primitives by id.
-    pub shape: (PrimId, ShapeBits),
+    /// The first primitive and how many there are, and the shape: a row that another one pushed along
+    /// is another shape to whoever knows primitives by id, even if it is hidden.
+    pub shape: (PrimId, u32, ShapeBits),
     pub materials: [MaterialId; 2],
     pub cells: Option<[u32; 15]>,
     pub tint: Option<Vec<u64>>,
@@ -98,7 +98,7 @@ impl Columns {
     pub(crate) fn surface_bits(&self, i: usize) -> SurfaceBits {
         let paint = &self.surfaces.paint[i];
         SurfaceBits {
-            shape: (self.surfaces.first_prim[i], self.shape_bits(i)),
+            shape: (self.surfaces.first_prim[i], self.surfaces.prims[i], self.shape_bits(i)),
             materials: [paint.even, paint.odd],
             cells: paint.cells.as_ref().map(|c| c.bits()),
             tint: paint.tint.as_ref().map(|t| t.bits()),

@@ -187,6 +187,8 @@ impl Packer {
             }
             surfaces.extend(self.dependents.get(&key).into_iter().flatten().map(|s| s.0));
         }
+        // Rows made for this frame were never packed before: `old_tail` compares them.
+        surfaces.retain(|row| (*row as usize) < self.base.surfaces);
         surfaces.sort_unstable();
         surfaces.dedup();
         for row in surfaces {
@@ -215,11 +217,13 @@ impl Packer {
         changes
     }
 
-    /// Packs the script's own entities, into rows that are not there yet.
+    /// Packs all entities, into rows that are not there yet. Those made for a frame get theirs
+    /// before any surface is read: the script's own may wear them.
     fn pack_all(&mut self, scene: &Scene) {
-        let made = self.append(scene, scene.sealed_len());
-        self.repack_surfaces(scene, made);
+        let own = self.append(scene, scene.sealed_len());
         self.base = self.lengths();
+        let made = self.append(scene, scene.len());
+        self.repack_surfaces(scene, own.start..made.end);
     }
 
     /// Packs everything anew: a surface consists of other kinds of primitives than its rows are for.
@@ -242,8 +246,6 @@ impl Packer {
         self.meshes.clear();
         self.dependents.clear();
         self.pack_all(scene);
-        let made = self.append(scene, scene.len());
-        self.repack_surfaces(scene, made);
         Changes { rebuilt: true, ..Changes::default() }
     }
 
@@ -563,10 +565,10 @@ fn lights(scene: &Scene, key: Key) -> Vec<(LightPlace, [f32; 3])> {
     scene.get::<Projector>(key).map(|l| projector(&l).to_vec()).unwrap_or_default()
 }
 
-/// Whether two meshes are in the same place.
+/// Whether two meshes are in the same place, by bits.
 fn same_placement(a: &Mesh, b: &Mesh) -> bool {
-    let place = |m: &Mesh| (m.scale.to_bits(), m.rotate, m.translate);
-    place(a) == place(b)
+    let turn = |m: &Mesh| [m.rotate, m.translate].map(|v| v.to_array().map(f64::to_bits));
+    a.scale.to_bits() == b.scale.to_bits() && turn(a) == turn(b)
 }
 
 pub(crate) fn f32s(v: DVec3) -> [f32; 3] {

@@ -2,8 +2,8 @@
 //!
 //! A pixel has one where its ray tree differs in kind from that of a neighbour: in what it hit, in
 //! the pattern's cell, or in which lights reach it, at any level; and wherever it meets a texture, a
-//! shader or a projector's picture. Chosen by trees, never by colour, so that the choice can be kept with them and does not
-//! flicker.
+//! shader or a projector's picture. Chosen by trees as they would be made from scratch, never by
+//! colour, so that the choice can be kept with them and does not flicker.
 
 use crate::grid::TileRect;
 use crate::grow::Tracer;
@@ -20,6 +20,9 @@ pub struct EdgeScratch {
 
 /// The kind of a tree that has an edge wherever it is.
 const EDGE: u64 = u64::MAX;
+
+/// In place of the pixel of a node that a tree made from scratch would not have.
+const NO_PIXEL: u16 = u16::MAX;
 
 impl TileRect {
     /// The same with a border of one pixel, as far as a picture of `size` goes.
@@ -72,11 +75,13 @@ impl Tracer<'_> {
         above.clear();
         for (depth, level) in trees.levels.iter().enumerate() {
             own.clear();
-            own.extend(level.parent.iter().map(|parent| match depth {
-                0 => *parent,
-                _ => above[usize::from(*parent)],
+            own.extend(level.parent.iter().map(|parent| match depth.checked_sub(1) {
+                None => *parent,
+                // Kept trees may have nodes below one that reflects no longer.
+                Some(up) if !self.reflects(trees, up, usize::from(*parent)) => NO_PIXEL,
+                Some(_) => above[usize::from(*parent)],
             }));
-            for (row, pixel) in own.iter().enumerate() {
+            for (row, pixel) in own.iter().enumerate().filter(|(_, pixel)| **pixel != NO_PIXEL) {
                 let kind = &mut s.kinds[usize::from(*pixel)];
                 let slot = level.slot[row];
                 let tinted = slot != 0 && {

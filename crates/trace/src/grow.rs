@@ -434,7 +434,7 @@ impl Tracer<'_> {
     }
 
     /// Whether a node casts a mirrored ray.
-    fn reflects(&self, trees: &Trees, depth: usize, row: usize) -> bool {
+    pub(crate) fn reflects(&self, trees: &Trees, depth: usize, row: usize) -> bool {
         let model = &self.columns.model;
         let level = &trees.levels[depth];
         let slot = level.slot[row];

@@ -357,6 +357,15 @@ pub fn edit(kind: usize, stage: &mut Stage, dice: &mut Dice) {
                 emissivity: DVec3::splat(9.0),
                 falloff: Falloff::Inverse,
             },));
+            if dice.below(2) == 0 {
+                // It follows what it is an instance of, which may move in the same frame.
+                let place = Place { translate: dice.point(1.0), ..Place::default() };
+                s.spawn((place, Instance { of: dice.pick(&stage.spheres) }));
+            }
+            if dice.below(2) == 0 {
+                let key = dice.pick(&stage.spheres);
+                s.set(key, Surface { material: Some(made), visible: true });
+            }
         }
         15 => {
             let key = s.singletons.camera.expect("a camera");
