@@ -387,7 +387,8 @@ fn place(dice: &mut Dice) -> String {
 }
 
 fn made_surface(dice: &mut Dice, names: &Names, shape: Shape) -> String {
-    let (at, axis, r, h) = (dice.point(2.2), dice.axis(), dice.range(0.2, 0.8), dice.range(0.3, 1.0));
+    let (at, axis, r, h) =
+        (dice.point(2.2), dice.axis(), dice.range(0.2, 0.8), dice.range(0.3, 1.0));
     let caps = dice.once_in(2);
     let keys = match shape {
         Shape::Sphere => format!("sphere(#{{ center: {at}, radius: {r}"),
@@ -412,7 +413,11 @@ fn made_surface(dice: &mut Dice, names: &Names, shape: Shape) -> String {
             "hyperboloid(#{{ center: {at}, axis: {axis}, radius: {r}, waist: 0.15, height: {h}, caps: {caps}"
         ),
         Shape::Ellipsoid => {
-            let radii = if dice.once_in(2) { format!("[{r}, {r}, {r}]") } else { format!("[{r}, {h}, 0.4]") };
+            let radii = if dice.once_in(2) {
+                format!("[{r}, {r}, {r}]")
+            } else {
+                format!("[{r}, {h}, 0.4]")
+            };
             format!("ellipsoid(#{{ center: {at}, radii: {radii}")
         }
         Shape::Torus => format!("torus(#{{ center: {at}, axis: {axis}, major: 0.9, minor: {r}"),
@@ -546,10 +551,8 @@ fn moved(dice: &mut Dice, shape: Shape) -> String {
             };
         }
     };
-    let has_caps = matches!(
-        shape,
-        Shape::Cylinder | Shape::Cone | Shape::Paraboloid | Shape::Hyperboloid
-    );
+    let has_caps =
+        matches!(shape, Shape::Cylinder | Shape::Cone | Shape::Paraboloid | Shape::Hyperboloid);
     match dice.below(3) {
         0 if has_caps => format!("caps = {caps}"),
         0 | 1 => format!("{at} += {way}"),

@@ -1,5 +1,6 @@
 //! What differs from the frame before, by name.
 
+use reflet_pack::materials::MaterialRow;
 use reflet_pack::{Changes, Columns, LightChange, LightId, SurfaceId, Volume};
 use reflet_scene::Key;
 use reflet_script::Stage;
@@ -74,8 +75,9 @@ impl Changed {
             tell(surface(*id), "surface", "another material");
         }
         for change in &changes.materials {
-            let woken = changes.woken.binary_search(&change.material).is_ok();
-            let how = if woken { "reflects from now on" } else { "colours" };
+            let casts = |m: &Option<MaterialRow>| m.is_some_and(|row| row.is_specular());
+            let begins = casts(&change.new) && !casts(&change.old);
+            let how = if begins { "reflects from now on" } else { "colours" };
             let key = columns.materials.key.get(change.material.index()).copied().flatten();
             tell(key, "material", how);
         }

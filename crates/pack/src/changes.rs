@@ -61,7 +61,8 @@ pub struct Changes {
     pub model: bool,
     /// Materials whose numbers differ, ascending.
     pub materials: Vec<MaterialChange>,
-    /// Those of them that cast no mirrored ray before and do now.
+    /// Those of them of whose specular red, green or blue one is no longer 0: nodes may cast a mirrored
+    /// ray now that cast none before.
     pub woken: Vec<MaterialId>,
     /// Surfaces that wear other materials in the same pattern, ascending.
     pub repainted: Vec<SurfaceId>,
@@ -130,8 +131,10 @@ impl Changes {
         if old.map(MaterialRow::bits) != new.map(MaterialRow::bits) {
             let material = MaterialId(i as u32);
             self.materials.push(MaterialChange { material, old: old.copied(), new: new.copied() });
-            let casts = |m: Option<&MaterialRow>| m.is_some_and(MaterialRow::is_specular);
-            if casts(new) && !casts(old) {
+            let channels =
+                |m: Option<&MaterialRow>| m.copied().unwrap_or_default().specular_channels();
+            let mut gained = channels(old).into_iter().zip(channels(new));
+            if gained.any(|(old, new)| new && !old) {
                 self.woken.push(material);
             }
         }

@@ -45,6 +45,12 @@ impl MaterialRow {
     pub fn is_specular(&self) -> bool {
         self.specular.iter().any(|s| *s != 0.0)
     }
+
+    /// Which of its specular red, green and blue are other than 0: what a texture leaves of them
+    /// decides where rays are cast.
+    pub(crate) fn specular_channels(&self) -> [bool; 3] {
+        self.specular.map(|s| s != 0.0)
+    }
 }
 
 impl From<Material> for MaterialRow {

@@ -150,7 +150,11 @@ impl Packer {
         match self.rows[key.index()] {
             Row::Material(row) => scene.get::<Material>(key).is_some_and(|new| {
                 let old = &self.columns.materials.rows[row as usize];
-                MaterialRow::from(new).is_specular() == old.is_specular()
+                let new = MaterialRow::from(new);
+                match self.columns.surfaces.tint_channels() {
+                    0 => new.is_specular() == old.is_specular(),
+                    _ => new.specular_channels() == old.specular_channels(),
+                }
             }),
             Row::Lights(first, _) => lights(scene, key)
                 .into_iter()

@@ -442,7 +442,7 @@ impl Tracer<'_> {
             let slot = &trees.palette[usize::from(slot) - 1];
             let own = self.columns.material(slot.material(self.columns)).specular;
             let tint = self.columns.paint(slot.surface).tint.as_deref();
-            Combine::of(tint).specular(own, level, row).iter().any(|s| *s != 0.0)
+            Combine::of(tint).is_specular(own, level, row)
         }
     }
 

@@ -343,4 +343,11 @@ impl Combine {
             _ => own,
         }
     }
+
+    /// Whether a node casts a mirrored ray. Of a product each factor counts: it may round to 0 for
+    /// one colour of the material and not for another, and kept trees would not know.
+    pub fn is_specular(self, own: [f32; 3], level: &Level, row: usize) -> bool {
+        let unit = own.map(|x| if x == 0.0 { 0.0 } else { 1.0 });
+        self.specular(unit, level, row).iter().any(|s| *s != 0.0)
+    }
 }
