@@ -283,6 +283,7 @@ impl Reading {
                     ambient: material.emissive_factor().map(f64::from),
                     diffuse: [r, g, b].map(|part| part * (1.0 - metallic)),
                     specular: [r, g, b].map(|part| part * metallic),
+                    maps: None,
                 });
             } else {
                 list.push(MeshMaterial::grey(""));
