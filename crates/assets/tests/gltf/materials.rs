@@ -1,6 +1,6 @@
 //! What becomes of materials and their textures.
 
-use crate::draft::{Draft, floats, picture, textured};
+use crate::draft::{Draft, picture, textured};
 use reflet_assets::{Assets, Cause};
 use reflet_scene::{Maps, MeshData, Mirrored, TexelFilter, UvSet, Wrap};
 use serde_json::{Value, json};
