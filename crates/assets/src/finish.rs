@@ -3,7 +3,7 @@
 use reflet_scene::MeshData;
 
 /// Leaves out triangles without area and tells how many they were; gives normals the length of one.
-/// A normal of no length becomes that of the triangles around it.
+/// A normal of no length (or that is not finite) stays zero: the triangle's own counts there.
 pub(crate) fn finish(data: &mut MeshData) -> u64 {
     let MeshData { positions, triangles, triangle_materials, .. } = data;
     let before = triangles.len();
@@ -18,13 +18,20 @@ pub(crate) fn finish(data: &mut MeshData) -> u64 {
         triangle_materials.retain(|_| kept.next() == Some(&true));
     }
     let without_area = (before - triangles.len()) as u64;
-    unit_normals(data);
-    let MeshData { positions, triangles, normals, uvs, triangle_materials, .. } = data;
+    for normal in &mut data.normals {
+        *normal = unit(normal.map(f64::from)).unwrap_or_default();
+    }
+    if data.normals.iter().all(|normal| *normal == [0.0; 3]) {
+        data.normals = Vec::new();
+    }
+    let MeshData { positions, triangles, normals, uvs, second_uvs, colours, .. } = data;
     positions.shrink_to_fit();
     triangles.shrink_to_fit();
     normals.shrink_to_fit();
     uvs.shrink_to_fit();
-    triangle_materials.shrink_to_fit();
+    second_uvs.shrink_to_fit();
+    colours.shrink_to_fit();
+    data.triangle_materials.shrink_to_fit();
     without_area
 }
 
@@ -54,32 +61,4 @@ pub(crate) fn unit(v: [f64; 3]) -> Option<[f32; 3]> {
     let v = v.map(|part| part / most);
     let length = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
     Some(v.map(|part| (part / length) as f32))
-}
-
-fn unit_normals(data: &mut MeshData) {
-    let MeshData { positions, triangles, normals, .. } = data;
-    let mut lost = false;
-    for normal in &mut *normals {
-        *normal = unit(normal.map(f64::from)).unwrap_or_else(|| {
-            lost = true;
-            [0.0; 3]
-        });
-    }
-    if !lost {
-        return;
-    }
-    let mut around = vec![[0.0; 3]; normals.len()];
-    for triangle in triangles {
-        let area = cross(triangle.map(|vertex| positions[vertex as usize]));
-        for vertex in triangle.iter().map(|vertex| *vertex as usize) {
-            for (sum, part) in around[vertex].iter_mut().zip(area) {
-                *sum += part;
-            }
-        }
-    }
-    for (normal, around) in normals.iter_mut().zip(around) {
-        if *normal == [0.0; 3] {
-            *normal = unit(around).unwrap_or([0.0, 0.0, 1.0]);
-        }
-    }
 }

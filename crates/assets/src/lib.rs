@@ -144,7 +144,9 @@ impl Assets {
         };
         let mesh::MeshFile { data, notes } = mesh::decode(&found.shown, &bytes, &mut other)?;
         let path = &found.shown;
-        read.notes.extend(notes.into_iter().map(|message| Note { path: path.clone(), message }));
+        if !notes.is_empty() {
+            read.notes.push(Note { path: path.clone(), message: notes.join("; ") });
+        }
         let mesh = Arc::new(data);
         read.meshes.insert(found.place, mesh.clone());
         Ok(mesh)
@@ -242,10 +244,7 @@ mod tests {
         let notes: Vec<_> = assets.notes().into_iter().map(|n| n.message).collect();
         assert_eq!(
             notes,
-            [
-                "2 triangles without area skipped",
-                "1 unknown statement ignored, the first in line 5"
-            ]
+            ["2 triangles without area skipped; 1 unknown statement ignored, the first in line 5"]
         );
     }
 

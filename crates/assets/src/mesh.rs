@@ -55,10 +55,7 @@ pub fn decode(
                 gltf::GltfError::Broken(fault) => broken(fault),
                 gltf::GltfError::Other(error) => error,
             })?;
-            if mesh.passed_over > 0 {
-                let what = counted(mesh.passed_over, "primitive");
-                notes.push(format!("{what} of points or lines skipped"));
-            }
+            notes.extend(mesh.notes);
             (mesh.data, mesh.without_area)
         }
         _ => {

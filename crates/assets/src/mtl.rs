@@ -25,6 +25,7 @@ pub fn parse(text: &[u8]) -> Result<Vec<MeshMaterial>, Fault> {
                     ambient: black,
                     diffuse: black,
                     specular: black,
+                    maps: None,
                 });
             }
             Some(word @ (b"Ka" | b"Kd" | b"Ks")) => {

@@ -8,7 +8,7 @@ use crate::changes::Changes;
 use crate::columns::Columns;
 use crate::geometry::ShapeKind;
 use crate::ids::LightId;
-use reflet_scene::{Filter, MeshData};
+use reflet_scene::{Filter, MeshData, Texture};
 use std::collections::HashMap;
 use std::fmt;
 use std::sync::Arc;
@@ -174,6 +174,32 @@ impl Meshes {
             words.add(data.normals.iter().flatten().map(|x| x.to_bits()));
             words.add(data.uvs.iter().flatten().map(|x| x.to_bits()));
             words.add(data.triangle_materials.iter().copied());
+            for (name, column) in
+                [(1, data.second_uvs.as_flattened()), (2, data.colours.as_flattened())]
+            {
+                // Files without these keep their names.
+                if !column.is_empty() {
+                    words.add([name, column.len() as u32]);
+                    words.add(column.iter().map(|x| x.to_bits()));
+                }
+            }
+            words.finish()
+        })
+    }
+}
+
+/// The texels of pictures, each hashed once however many surfaces wear it.
+#[derive(Default)]
+struct Images(HashMap<*const Texture, blake3::Hash>);
+
+impl Images {
+    fn of(&mut self, image: &Arc<Texture>) -> blake3::Hash {
+        *self.0.entry(Arc::as_ptr(image)).or_insert_with(|| {
+            let mut words = Words::new();
+            words.add([image.width, image.height]);
+            for texels in image.texels.chunks(PIECE / 16) {
+                words.add(texels.as_flattened().iter().map(|x| x.to_bits()));
+            }
             words.finish()
         })
     }
@@ -184,7 +210,8 @@ fn split(bits: u64) -> [u32; 2] {
 }
 
 fn paint(columns: &Columns) -> blake3::Hash {
-    let (mut words, mut meshes) = (Words::new(), Meshes::default());
+    let mut words = Words::new();
+    let (mut meshes, mut images) = (Meshes::default(), Images::default());
     for i in (0..columns.surfaces.len()).filter(|i| columns.surfaces.visible[*i]) {
         let paint = &columns.surfaces.paint[i];
         words.add([paint.even.0, paint.odd.0, u32::from(paint.cells.is_some())]);
@@ -192,6 +219,9 @@ fn paint(columns: &Columns) -> blake3::Hash {
         let tint = paint.tint.as_ref().map_or(Vec::new(), |tint| tint.content_bits());
         words.add([tint.len() as u32]);
         words.add(tint.into_iter().flat_map(split));
+        for image in paint.tint.iter().flat_map(|tint| tint.images()) {
+            words.digest(images.of(image));
+        }
         let mesh = columns.surfaces.mesh[i].as_ref();
         if let Some(mesh) = mesh.filter(|m| paint.tint.is_some() || m.data.materials.len() > 1) {
             words.digest(meshes.of(&mesh.data));

@@ -17,8 +17,8 @@ use crate::tints::{Site, Tint};
 use crate::view::{Model, View};
 use glam::{DAffine3, DVec3};
 use reflet_scene::{
-    Camera, Checker, Group, Image, Instance, Key, Material, Mesh, PointLight, Projector, Scene,
-    Shader, Shading, Spotlight, Spread, Stripes, Sun, Surface, Textured,
+    Camera, Checker, Group, Image, Instance, Key, Mapped, Material, Mesh, PointLight, Projector,
+    Scene, Shader, Shading, Spotlight, Spread, Stripes, Sun, Surface, Textured,
 };
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -449,8 +449,7 @@ impl Packer {
         let site = Site { anchor, parts: &own_parts, to: to.as_ref() };
         let paint = self.paint(scene, material, &site);
         // A frame may hand a surface another pattern: it depends on both from then on.
-        let patterned = paint.cells.is_some() || paint.tint.is_some();
-        if let Some(m) = material.filter(|_| patterned) {
+        if let Some(m) = material.filter(|m| is_pattern(scene, *m)) {
             self.dependents.entry(m).or_default().insert(SurfaceId(i as u32));
         }
         self.columns.surfaces.set_paint(i, paint);
@@ -476,6 +475,8 @@ impl Packer {
             tinted(textured.base, Tint::textured(&textured, site))
         } else if let Some(shader) = scene.get::<Shader>(key) {
             tinted(shader.base, Tint::shader(&shader, site))
+        } else if let Some(Mapped(maps)) = scene.get::<Mapped>(key) {
+            tinted(key, Tint::mapped(maps, site))
         } else {
             Paint::plain(row(key))
         }

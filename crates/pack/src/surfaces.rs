@@ -49,7 +49,7 @@ pub struct Surfaces {
     pub smooth: Vec<Option<Box<[[f64; 3]; 3]>>>,
     /// How many wear a texture.
     textured: usize,
-    /// How many wear expressions.
+    /// How many wear expressions, or maps.
     shaded: usize,
     /// How many are smooth.
     smooth_count: usize,
@@ -78,7 +78,9 @@ impl Surfaces {
         match paint.tint.as_ref().map(|tint| &tint.paint) {
             None => {}
             Some(TintPaint::Texture { .. }) => self.textured = count(self.textured, 1),
-            Some(TintPaint::Programs(_)) => self.shaded = count(self.shaded, 1),
+            Some(TintPaint::Maps(_) | TintPaint::Programs(_)) => {
+                self.shaded = count(self.shaded, 1);
+            }
         }
     }
 

@@ -1,13 +1,13 @@
-//! What colours a surface from point to point: pictures and expressions, and the coordinates that
-//! they read.
+//! What colours a surface from point to point: pictures, the maps of mesh files and expressions, and
+//! the coordinates that they read.
 
 use crate::cells::in_plane;
 use crate::parts::{Anchor, Part};
 use crate::solids::Form;
 use glam::{DAffine3, DMat3, DVec3};
 pub use reflet_scene::program;
+pub use reflet_scene::{Map, Maps, Mirrored, TexelFilter, Texture, UvSet, Wrap};
 use reflet_scene::{Mapping, Program, Shader, Textured};
-pub use reflet_scene::{TexelFilter, Texture};
 use std::sync::Arc;
 
 /// An affine function of a point of the scene.
@@ -27,7 +27,7 @@ pub struct Tint {
     pub turn: [[f64; 3]; 3],
 }
 
-/// A picture or expressions.
+/// A picture, maps or expressions.
 #[derive(Clone, Debug)]
 pub enum TintPaint {
     /// All three reflectivities are multiplied with a picture's texels.
@@ -40,6 +40,8 @@ pub enum TintPaint {
         /// it lies once over u and v.
         tiles: Option<[Row; 2]>,
     },
+    /// Each reflectivity is multiplied with what the maps of a mesh file say.
+    Maps(Arc<Maps>),
     /// Ambient, diffuse and specular, where an expression stands in place of the material's.
     Programs([Option<Arc<Program>>; 3]),
 }
@@ -80,6 +82,10 @@ impl Tint {
         Tint::new(paint, site)
     }
 
+    pub(crate) fn mapped(maps: Arc<Maps>, site: &Site<'_>) -> Tint {
+        Tint::new(TintPaint::Maps(maps), site)
+    }
+
     pub(crate) fn shader(s: &Shader, site: &Site<'_>) -> Tint {
         let programs = [s.ambient.clone(), s.diffuse.clone(), s.specular.clone()];
         Tint::new(TintPaint::Programs(programs), site)
@@ -95,28 +101,36 @@ impl Tint {
 
     /// All of it as bits; a picture is its address, since files are read once.
     pub fn bits(&self) -> Vec<u64> {
+        self.bits_with(&|image| Arc::as_ptr(image) as u64)
+    }
+
+    /// All of it as bits that follow from its content alone, but for the texels of
+    /// [`Tint::images`].
+    pub(crate) fn content_bits(&self) -> Vec<u64> {
+        self.bits_with(&|_| 0)
+    }
+
+    fn bits_with(&self, image_bits: &dyn Fn(&Arc<Texture>) -> u64) -> Vec<u64> {
         let mut bits = Vec::new();
-        let numbers = |bits: &mut Vec<u64>, rows: &[Row]| {
-            bits.extend(rows.iter().flatten().map(|x| x.to_bits()));
-        };
         match &self.paint {
             TintPaint::Texture { image, filter, tiles } => {
-                bits.extend([0, Arc::as_ptr(image) as u64, *filter as u64]);
+                bits.extend([0, image_bits(image), *filter as u64]);
                 bits.push(u64::from(tiles.is_some()));
-                numbers(&mut bits, tiles.as_ref().map_or(&[][..], |rows| rows));
+                bits.extend(tiles.iter().flatten().flatten().map(|x| x.to_bits()));
             }
-            TintPaint::Programs(programs) => self.program_bits(programs, &mut bits),
+            TintPaint::Maps(maps) => map_bits(maps, image_bits, &mut bits),
+            TintPaint::Programs(programs) => program_bits(programs, &mut bits),
         }
         self.place_bits(&mut bits);
         bits
     }
 
-    fn program_bits(&self, programs: &[Option<Arc<Program>>; 3], bits: &mut Vec<u64>) {
-        bits.push(1);
-        for program in programs {
-            let own = program.as_ref().map_or(Vec::new(), |p| p.bits());
-            bits.push(own.len() as u64);
-            bits.extend(own.into_iter().map(u64::from));
+    /// The pictures that it reads.
+    pub(crate) fn images(&self) -> Vec<&Arc<Texture>> {
+        match &self.paint {
+            TintPaint::Texture { image, .. } => vec![image],
+            TintPaint::Maps(maps) => maps.all().map(|map| &map.image).collect(),
+            TintPaint::Programs(_) => Vec::new(),
         }
     }
 
@@ -133,15 +147,36 @@ impl Tint {
             bits.extend([kind, a, b]);
         }
     }
+}
 
-    /// All of it as bits that follow from its content alone.
-    pub(crate) fn content_bits(&self) -> Vec<u64> {
-        let mut bits = self.bits();
-        if let TintPaint::Texture { image, .. } = &self.paint {
-            bits[1] = u64::from(image.width) << 32 | u64::from(image.height);
-            bits.extend(image.texels.iter().flatten().map(|x| u64::from(x.to_bits())));
+fn program_bits(programs: &[Option<Arc<Program>>; 3], bits: &mut Vec<u64>) {
+    bits.push(1);
+    for program in programs {
+        let own = program.as_ref().map_or(Vec::new(), |p| p.bits());
+        bits.push(own.len() as u64);
+        bits.extend(own.into_iter().map(u64::from));
+    }
+}
+
+fn map_bits(maps: &Maps, image_bits: &dyn Fn(&Arc<Texture>) -> u64, bits: &mut Vec<u64>) {
+    bits.push(2);
+    bits.extend(maps.by_vertex.map(u64::from));
+    bits.extend([&maps.ambient, &maps.diffuse, &maps.specular].map(|map| u64::from(map.is_some())));
+    bits.extend(match &maps.mirrored {
+        Mirrored::AsGiven => [0; 4],
+        Mirrored::Metal { metalness, roughness, .. } => {
+            [1, u64::from(metalness.to_bits()), u64::from(roughness.to_bits()), 0]
         }
-        bits
+        Mirrored::Specular([r, g, b]) => {
+            let [r, g, b] = [r, g, b].map(|x| u64::from(x.to_bits()));
+            [2, r, g, b]
+        }
+    });
+    for map in maps.all() {
+        let Map { image, filter, wrap, set, place } = map;
+        bits.extend([image_bits(image), *filter as u64, *set as u64]);
+        bits.extend(wrap.map(|wrap| wrap as u64));
+        bits.extend(place.iter().flatten().map(|x| x.to_bits()));
     }
 }
 

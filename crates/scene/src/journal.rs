@@ -58,6 +58,7 @@ nouns!(
     Mesh,
     Surface,
     Material,
+    Mapped,
     Checker,
     Stripes,
     Textured,

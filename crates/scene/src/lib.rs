@@ -12,6 +12,7 @@
 //! | [`mesh`] | indexed triangles and their placement |
 //! | [`material`] | reflectivities, checker, and which surface wears what |
 //! | [`texture`] | pictures that surfaces wear |
+//! | [`maps`] | textures that multiply a mesh file's material |
 //! | [`program`] | reflectivities as expressions |
 //! | [`light`] | point light, spotlight, sun and projector |
 //! | [`camera`] | the two views |
@@ -26,6 +27,7 @@ pub mod fault;
 pub mod journal;
 pub mod key;
 pub mod light;
+pub mod maps;
 pub mod material;
 pub mod mesh;
 pub mod place;
@@ -43,6 +45,7 @@ pub use glam::DVec3;
 pub use journal::Noun;
 pub use key::Key;
 pub use light::{Falloff, PointLight, Projector, Spotlight, Sun};
+pub use maps::{Map, Mapped, Maps, Mirrored, UvSet, Wrap};
 pub use material::{Checker, Material, Stripes, Surface, Tiles};
 pub use mesh::{Mesh, MeshData, MeshMaterial, Shading, Worn};
 pub use place::{Group, Instance, Place};

@@ -2,6 +2,7 @@
 
 use crate::fault::{Fault, finite};
 use crate::key::Key;
+use crate::maps::Maps;
 use crate::material::Material;
 use glam::DVec3;
 use std::sync::Arc;
@@ -14,20 +15,26 @@ pub struct MeshData {
     pub positions: Vec<[f32; 3]>,
     /// Three indices into `positions` a triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// A unit vector a vertex: the normal of the surface that the triangles stand for. Empty if the
-    /// file does not give one for every corner.
+    /// A unit vector a vertex: the normal of the surface that the triangles stand for; zero where the
+    /// file gives none, so that a triangle of such corners has its own. Empty if there is none at all.
     pub normals: Vec<[f32; 3]>,
     /// A place in a texture a vertex: u to the right, v up, (0, 0) the lower left corner of the
-    /// picture, (1, 1) the upper right one; beyond that it repeats. Empty if the file does not give
-    /// one for every corner.
+    /// picture, (1, 1) the upper right one; beyond that it repeats. Zero where the file gives none;
+    /// empty if there is none at all.
     pub uvs: Vec<[f32; 2]>,
+    /// The same once more, for maps that take their second texture coordinates.
+    pub second_uvs: Vec<[f32; 2]>,
+    /// A linear colour a vertex; 1 where the file gives none, empty if there is none at all. Those
+    /// materials are multiplied with it whose maps say so.
+    pub colours: Vec<[f32; 3]>,
     /// An index into `materials` a triangle. Empty if the file names no material.
     pub triangle_materials: Vec<u32>,
     /// The materials that triangles wear, in the order in which the file first uses them.
     pub materials: Vec<MeshMaterial>,
 }
 
-/// A material as a mesh file gives it. Colours are linear: red, green, blue.
+/// A material as a mesh file gives it. Colours are linear: red, green, blue; with `maps` they are
+/// factors of what these say.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshMaterial {
     /// Its name in the file; empty for what wears no material beside others that do.
@@ -38,6 +45,8 @@ pub struct MeshMaterial {
     pub diffuse: [f64; 3],
     /// The share of the mirrored ray's intensity.
     pub specular: [f64; 3],
+    /// What multiplies the colours from point to point.
+    pub maps: Option<Arc<Maps>>,
 }
 
 impl MeshMaterial {
@@ -45,7 +54,7 @@ impl MeshMaterial {
     pub fn grey(name: impl Into<String>) -> Self {
         let Material { ambient, diffuse, specular } = Material::GREY_MATT;
         let [ambient, diffuse, specular] = [ambient, diffuse, specular].map(|c| c.to_array());
-        MeshMaterial { name: name.into(), ambient, diffuse, specular }
+        MeshMaterial { name: name.into(), ambient, diffuse, specular, maps: None }
     }
 }
 

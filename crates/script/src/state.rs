@@ -13,8 +13,8 @@ use crate::{names, parse, symbolic};
 use glam::DVec3;
 use reflet_assets::Assets;
 use reflet_scene::{
-    Checker, Fault, Key, Mapping, Material, Mesh, MeshData, MeshMaterial, Scene, Shader, Stripes,
-    Surface, Textured, Tiles, Worn,
+    Checker, Fault, Key, Mapped, Mapping, Material, Mesh, MeshData, MeshMaterial, Scene, Shader,
+    Stripes, Surface, Textured, Tiles, Worn,
 };
 use rhai::{Dynamic, FnPtr, Map, NativeCallContext, Position};
 use std::collections::{BTreeMap, HashMap};
@@ -193,7 +193,11 @@ impl State {
         let make = |own: &MeshMaterial| {
             let [ambient, diffuse, specular] =
                 [own.ambient, own.diffuse, own.specular].map(DVec3::from_array);
-            let material = self.scene.spawn((Material { ambient, diffuse, specular },));
+            let colours = Material { ambient, diffuse, specular };
+            let material = match &own.maps {
+                Some(maps) => self.scene.spawn((colours, Mapped(maps.clone()))),
+                None => self.scene.spawn((colours,)),
+            };
             Worn { name: own.name.clone(), material }
         };
         data.materials.iter().filter(|own| !is_given(own)).map(make).collect()

@@ -12,7 +12,8 @@
 //! | [`palette`] | the surfaces that a tile sees |
 //! | [`camera`] | pixels to rays |
 //! | [`interact`] | where a ray hit, how the surface lies there |
-//! | `tint` | what pictures and expressions say at hit points |
+//! | `tint` | what pictures, maps and expressions say at hit points |
+//! | `look_up` | texels of pictures |
 //! | `smooth` | normals of meshes that are not those of their triangles |
 //! | [`lighting`] | what each light gives, and whether it is seen |
 //! | [`mirror`] | which nodes reflect, and where to |
@@ -33,6 +34,7 @@ pub mod grid;
 pub mod grow;
 pub mod interact;
 pub mod lighting;
+mod look_up;
 pub mod mirror;
 pub mod palette;
 mod segment;

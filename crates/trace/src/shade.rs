@@ -337,7 +337,7 @@ fn tinted<S: Simd>(
     let own = f32x4::from_slice(simd, &table.ambient[slot]);
     let mut c = match table.tints[slot] {
         Combine::Nothing | Combine::Instead([false, ..]) => own,
-        Combine::Times => times(simd, own, tint(simd, level, row, 0)),
+        Combine::Times | Combine::Each => times(simd, own, tint(simd, level, row, 0)),
         Combine::Instead([true, ..]) => tint(simd, level, row, 0),
     };
     let lights = slot * table.lights..(slot + 1) * table.lights;
@@ -346,6 +346,7 @@ fn tinted<S: Simd>(
         let lit = match table.tints[slot] {
             Combine::Nothing | Combine::Instead([_, false, _]) => lit,
             Combine::Times => times(simd, lit, tint(simd, level, row, 0)),
+            Combine::Each => times(simd, lit, tint(simd, level, row, 3)),
             Combine::Instead([_, true, _]) => times(
                 simd,
                 tint(simd, level, row, 3),

@@ -1,17 +1,21 @@
-//! What pictures and expressions say at hit points: columns of factors and colours beside the nodes.
+//! What pictures, maps and expressions say at hit points: columns of factors and colours beside the
+//! nodes.
 //!
 //! Expressions run in lanes, eight hit points at a time, step by step. What has no exact answer (sine,
 //! cosine, arc cosine) comes from `libm`, so that the numbers are the same everywhere.
 
 use crate::interact::Interactions;
+use crate::look_up::{self, look_up};
 use crate::smooth;
 use crate::trees::Level;
 use fearless_simd::prelude::*;
 use reflet_accel::HitCode;
 use reflet_accel::lanes::{F, LANES, abs, greater, lesser};
 use reflet_pack::tints::program::{Binary, Op, Program, Unary};
-use reflet_pack::tints::{Chart, ChartKind, Row, TexelFilter, Texture, Tint, TintPaint};
-use reflet_pack::{Columns, PrimId};
+use reflet_pack::tints::{
+    Chart, ChartKind, Map, Maps, Mirrored, Row, Tint, TintPaint, UvSet, Wrap,
+};
+use reflet_pack::{Columns, MeshData, PrimId};
 use std::f64::consts::{PI, TAU};
 
 /// Memory of one thread for expressions.
@@ -60,15 +64,23 @@ pub(crate) fn fill<S: Simd>(
         match &tint.paint {
             TintPaint::Texture { image, filter, tiles } => {
                 for row in rows.iter().map(|row| *row as usize) {
-                    let (st, wraps) = match tiles {
-                        Some(tiles) => (tiles.map(|t| affine(&t, site.point(row))), Edge::Wraps),
+                    let (st, wrap) = match tiles {
+                        Some(tiles) => (tiles.map(|t| affine(&t, site.point(row))), Wrap::Repeat),
                         // A mesh's own places may run beyond the picture: it repeats there.
-                        None if tint.charts.is_empty() => (site.uv(tint, row), Edge::Wraps),
-                        None => (site.uv(tint, row), Edge::Ends),
+                        None if tint.charts.is_empty() => (site.uv(tint, row), Wrap::Repeat),
+                        None => (site.uv(tint, row), Wrap::Clamp),
                     };
-                    let texel = look_up(image, st, *filter, wraps);
+                    let texel = look_up(image, st, *filter, [wrap; 2]);
                     for (k, column) in out.iter_mut().enumerate() {
                         column[first + row] = texel[k % 3];
+                    }
+                }
+            }
+            TintPaint::Maps(maps) => {
+                for row in rows.iter().map(|row| *row as usize) {
+                    let factors = site.factors(tint, maps, row);
+                    for (column, factor) in out.iter_mut().zip(factors.as_flattened()) {
+                        column[first + row] = *factor;
                     }
                 }
             }
@@ -116,19 +128,70 @@ impl Site<'_> {
         }
     }
 
-    /// The place that a mesh's file gives a point in a texture.
-    fn file_uv(&self, surface: usize, prim: PrimId, row: usize) -> Option<[f64; 2]> {
+    /// The corners of a mesh's triangle, as vertices, and their weights at a point of it.
+    fn corners(&self, surface: usize, prim: PrimId, row: usize) -> Option<Corners<'_>> {
         let data = &self.columns.surfaces.mesh[surface].as_ref()?.data;
         let first = self.columns.surfaces.range(surface).start;
-        let corners = data.triangles.get(prim.index() - first)?;
+        let vertices = *data.triangles.get(prim.index() - first)?;
         let points = self.columns.geometry.triangle(prim)?;
         let p = [0, 1, 2].map(|k| self.points.p[k][row]);
-        let mut uv = [0.0; 2];
-        for (corner, weight) in corners.iter().zip(smooth::weights(points, p)) {
-            let own = data.uvs.get(*corner as usize)?;
-            uv = [uv[0] + weight * f64::from(own[0]), uv[1] + weight * f64::from(own[1])];
+        Some(Corners { data, vertices, weights: smooth::weights(points, p) })
+    }
+
+    /// The place that a mesh's file gives a point in a texture.
+    fn file_uv(&self, surface: usize, prim: PrimId, row: usize) -> Option<[f64; 2]> {
+        let corners = self.corners(surface, prim, row)?;
+        corners.mean(&corners.data.uvs)
+    }
+
+    /// What a file's maps say at a point: factors of ambient, diffuse and specular.
+    fn factors(&self, tint: &Tint, maps: &Maps, row: usize) -> [[f32; 3]; 3] {
+        let prim = self.prim(row);
+        let surface = self.columns.surface_of(prim).index();
+        let corners = self.corners(surface, prim, row);
+        let uvs = match &corners {
+            Some(corners) => [&corners.data.uvs, &corners.data.second_uvs]
+                .map(|uvs| corners.mean(uvs).unwrap_or_default()),
+            None => [self.uv(tint, row); 2],
+        };
+        let sample = |map: &Map| {
+            let [u, v] = match map.set {
+                UvSet::First => uvs[0],
+                UvSet::Second => uvs[1],
+            };
+            let st = map.place.map(|r| r[0] * u + r[1] * v + r[2]);
+            look_up(&map.image, st, map.filter, map.wrap)
+        };
+        let texel = |map: &Option<Map>| map.as_ref().map_or([1.0; 3], sample);
+        let ambient = texel(&maps.ambient);
+        let mut diffuse = texel(&maps.diffuse);
+        // A base colour is one texture for both.
+        let mut specular = match (&maps.diffuse, &maps.specular) {
+            (Some(base), Some(specular)) if base.is_same(specular) => diffuse,
+            _ => texel(&maps.specular),
+        };
+        match &maps.mirrored {
+            Mirrored::AsGiven => {}
+            Mirrored::Metal { map, metalness, roughness } => {
+                let [_, green, blue] = sample(map);
+                let share = metalness * blue * (1.0 - roughness * green);
+                diffuse = diffuse.map(|x| x * (1.0 - share));
+                specular = specular.map(|x| x * share);
+            }
+            Mirrored::Specular(factor) => {
+                let most = look_up::product(specular, *factor).into_iter().fold(0.0, greatest);
+                diffuse = diffuse.map(|x| x * (1.0 - most));
+            }
         }
-        Some(uv)
+        let colour = corners.and_then(|corners| corners.mean(&corners.data.colours));
+        let colour = colour.map(|colour| colour.map(|x| x as f32));
+        let mut factors = [ambient, diffuse, specular];
+        for (factor, by_vertex) in factors.iter_mut().zip(maps.by_vertex) {
+            if let Some(colour) = colour.filter(|_| by_vertex) {
+                *factor = look_up::product(*factor, colour);
+            }
+        }
+        factors
     }
 
     /// The inputs of an expression at some rows; zeros in lanes that are left.
@@ -148,6 +211,31 @@ impl Site<'_> {
     }
 }
 
+/// Where on a triangle of a mesh a point lies.
+struct Corners<'a> {
+    data: &'a MeshData,
+    vertices: [u32; 3],
+    weights: [f64; 3],
+}
+
+impl Corners<'_> {
+    /// The mean of a column of vertices by the corners' weights.
+    fn mean<const N: usize>(&self, column: &[[f32; N]]) -> Option<[f64; N]> {
+        let mut mean = [0.0; N];
+        for (vertex, weight) in self.vertices.iter().zip(self.weights) {
+            let own = column.get(*vertex as usize)?;
+            for (sum, x) in mean.iter_mut().zip(own) {
+                *sum += weight * f64::from(*x);
+            }
+        }
+        Some(mean)
+    }
+}
+
+fn greatest(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
+}
+
 fn affine(row: &Row, p: [f64; 3]) -> f64 {
     row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3]
 }
@@ -165,44 +253,6 @@ fn uv(chart: &Chart, p: [f64; 3]) -> [f64; 2] {
         ChartKind::Around([low, high]) => [turn(y, x), (z - low) / (high - low)],
         ChartKind::Ring(major) => [turn(y, x), turn(z, (x * x + y * y).sqrt() - major)],
     }
-}
-
-/// What lies beyond the edge of a picture.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Edge {
-    /// The picture again.
-    Wraps,
-    /// Its last texels.
-    Ends,
-}
-
-/// The texel at (s, t): s to the right, t upward, the picture from 0 to 1.
-fn look_up(image: &Texture, [s, t]: [f64; 2], filter: TexelFilter, edge: Edge) -> [f32; 3] {
-    let size = [i64::from(image.width), i64::from(image.height)];
-    let texel = |x: i64, y: i64| {
-        let at = |i: i64, n: i64| match edge {
-            Edge::Wraps => i.rem_euclid(n),
-            Edge::Ends => i.clamp(0, n - 1),
-        };
-        image.texels[(at(y, size[1]) * size[0] + at(x, size[0])) as usize]
-    };
-    let (x, y) = (s * size[0] as f64, (1.0 - t) * size[1] as f64);
-    if !(x.is_finite() && y.is_finite()) {
-        return texel(0, 0);
-    }
-    if filter == TexelFilter::Nearest {
-        return texel(x.floor() as i64, y.floor() as i64);
-    }
-    let (x, y) = (x - 0.5, y - 0.5);
-    let (i, j) = (x.floor(), y.floor());
-    let (a, b) = ((x - i) as f32, (y - j) as f32);
-    let (i, j) = (i as i64, j as i64);
-    let corners = [texel(i, j), texel(i + 1, j), texel(i, j + 1), texel(i + 1, j + 1)];
-    [0, 1, 2].map(|k| {
-        let above = corners[0][k] * (1.0 - a) + corners[1][k] * a;
-        let below = corners[2][k] * (1.0 - a) + corners[3][k] * a;
-        above * (1.0 - b) + below * b
-    })
 }
 
 /// Runs a program on eight points.
@@ -319,6 +369,8 @@ pub(crate) enum Combine {
     Nothing,
     /// All reflectivities are multiplied with columns 0 to 2.
     Times,
+    /// Ambient, diffuse and specular are multiplied with columns 0 to 2, 3 to 5 and 6 to 8.
+    Each,
     /// Ambient, diffuse and specular, where marked, are columns 0 to 2, 3 to 5 and 6 to 8.
     Instead([bool; 3]),
 }
@@ -328,6 +380,7 @@ impl Combine {
         match tint.map(|tint| &tint.paint) {
             None => Combine::Nothing,
             Some(TintPaint::Texture { .. }) => Combine::Times,
+            Some(TintPaint::Maps(_)) => Combine::Each,
             Some(TintPaint::Programs(programs)) => {
                 Combine::Instead([0, 1, 2].map(|k| programs[k].is_some()))
             }
@@ -339,6 +392,7 @@ impl Combine {
         let at = |k: usize| level.tint[k][row];
         match self {
             Combine::Times => [0, 1, 2].map(|k| own[k] * at(k)),
+            Combine::Each => [0, 1, 2].map(|k| own[k] * at(6 + k)),
             Combine::Instead([_, _, true]) => [at(6), at(7), at(8)],
             _ => own,
         }

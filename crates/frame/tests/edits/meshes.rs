@@ -3,7 +3,8 @@
 use super::Dice;
 use glam::DVec3;
 use reflet_scene::{
-    Instance, Key, Mesh, MeshData, MeshMaterial, Place, Scene, Shading, Surface, Worn,
+    Instance, Key, Map, Mapped, Maps, Material, Mesh, MeshData, MeshMaterial, Mirrored, Place,
+    Scene, Shading, Surface, Texture, Worn,
 };
 use std::sync::Arc;
 
@@ -25,6 +26,7 @@ fn file(rows: u32) -> Arc<MeshData> {
             data.positions.push((n * 0.5).to_array().map(|x| x as f32));
             data.normals.push(n.to_array().map(|x| x as f32));
             data.uvs.push([u as f32, v as f32]);
+            data.colours.push([u as f32, 1.0, v as f32]);
         }
     }
     for j in 0..rows {
@@ -44,10 +46,27 @@ fn worn(dice: &mut Dice, materials: &[Key]) -> Arc<[Worn]> {
     worn.into_iter().map(|(name, material)| Worn { name, material }).collect()
 }
 
+/// A material with maps, as a file gives it: what mirrors differs from point to point.
+fn mapped(scene: &mut Scene) -> Key {
+    let texels = (0..16).map(|i: u32| [0.3, (i % 4) as f32 / 4.0, (i % 3) as f32 / 2.0]).collect();
+    let image = Arc::new(Texture { width: 4, height: 4, texels });
+    let map = Map::new(image);
+    let maps = Maps {
+        diffuse: Some(map.clone()),
+        mirrored: Mirrored::Metal { map, metalness: 1.0, roughness: 0.5 },
+        by_vertex: [false, true, true],
+        ..Maps::default()
+    };
+    let colours = Material { specular: DVec3::splat(0.7), ..Material::GREY_MATT };
+    scene.spawn((colours, Mapped(Arc::new(maps))))
+}
+
 /// Puts them into a scene.
 pub fn spawn(scene: &mut Scene, dice: &mut Dice, materials: &[Key]) -> Meshes {
     let shading = [Shading::Smooth, Shading::Faceted][dice.below(2)];
-    let worn = worn(dice, materials);
+    let (mut worn, textured) = (worn(dice, materials).to_vec(), mapped(scene));
+    worn[1].material = textured;
+    let worn = worn.into();
     let (data, rotate) = (file(3), DVec3::new(20.0, 0.0, 90.0));
     let mesh = Mesh { data, scale: 1.0, rotate, translate: dice.point(1.5), shading, worn };
     let mesh = scene.spawn((mesh, Surface { material: None, visible: true }));

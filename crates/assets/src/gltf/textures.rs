@@ -1,0 +1,252 @@
+//! The textures that materials name: pictures inside or beside the file, decoded once each.
+
+use super::Trouble;
+use super::container::{File, Other, load};
+use super::json::{Sampler, TextureInfo};
+use crate::texture;
+use reflet_scene::{Map, TexelFilter, Texture, UvSet, Wrap};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// What a picture's samples are.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Samples {
+    /// Colours, by the curve of sRGB.
+    Colours,
+    /// Numbers as they are.
+    Data,
+}
+
+/// The pictures of a file, read as they are asked for.
+pub(super) struct Textures<'a> {
+    file: &'a File,
+    other: Other<'a>,
+    /// By image; `None` if it cannot be read.
+    known: HashMap<(usize, Samples), Option<Arc<Texture>>>,
+    /// Texels decoded so far.
+    texels: u64,
+    /// What is wrong with those that cannot be read.
+    pub unread: Vec<String>,
+}
+
+impl<'a> Textures<'a> {
+    pub fn new(file: &'a File, other: Other<'a>) -> Self {
+        Textures { file, other, known: HashMap::new(), texels: 0, unread: Vec::new() }
+    }
+
+    /// The map that a material names; `None` if there is none or it cannot be read.
+    pub fn map(&mut self, info: Option<&TextureInfo>, samples: Samples) -> Read {
+        let Some(info) = info else { return Read::None };
+        let file = self.file;
+        let Some(texture) = file.root.textures.get(info.index) else {
+            let there = file.root.textures.len();
+            self.tell(format!("texture {} is asked for, there are {there}", info.index));
+            return Read::Unread;
+        };
+        let transform = info.extensions.transform.as_ref();
+        let set = match transform.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord) {
+            0 => UvSet::First,
+            1 => UvSet::Second,
+            set => {
+                self.tell(format!("a texture takes TEXCOORD_{set}, and 0 and 1 are read"));
+                return Read::Unread;
+            }
+        };
+        let others = &texture.extensions;
+        let others = [&others.webp, &others.avif, &others.basisu, &others.dds];
+        let others = others.into_iter().flatten().filter_map(|other| other.source);
+        let sources: Vec<usize> = texture.source.into_iter().chain(others).collect();
+        let Some(image) = self.first_read(&sources, samples) else { return Read::Unread };
+        let none = Sampler::default();
+        let sampler = texture.sampler.and_then(|i| file.root.samplers.get(i)).unwrap_or(&none);
+        const NEAREST: u32 = 9728;
+        let nearest = sampler.mag_filter == Some(NEAREST);
+        let wrap = |wrap| match wrap {
+            Some(33071) => Wrap::Clamp,
+            Some(33648) => Wrap::Mirror,
+            _ => Wrap::Repeat,
+        };
+        Read::Map(Map {
+            image,
+            filter: if nearest { TexelFilter::Nearest } else { TexelFilter::Bilinear },
+            wrap: [wrap(sampler.wrap_s), wrap(sampler.wrap_t)],
+            set,
+            place: transform.map_or([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], |t| {
+                place(t.offset, t.rotation, t.scale)
+            }),
+        })
+    }
+
+    /// The first of several pictures of one texture that can be read.
+    fn first_read(&mut self, sources: &[usize], samples: Samples) -> Option<Arc<Texture>> {
+        let mut faults = Vec::new();
+        for image in sources {
+            match self.image(*image, samples) {
+                Ok(Some(texture)) => return Some(texture),
+                Ok(None) => {}
+                Err(fault) => faults.push(fault),
+            }
+        }
+        if sources.is_empty() {
+            faults.push("it names no picture".to_owned());
+        }
+        if let Some(fault) = faults.into_iter().next() {
+            self.tell(fault);
+        }
+        None
+    }
+
+    /// A picture; `None` if it could not be read before.
+    fn image(&mut self, index: usize, samples: Samples) -> Result<Option<Arc<Texture>>, String> {
+        if let Some(known) = self.known.get(&(index, samples)) {
+            return Ok(known.clone());
+        }
+        let read = match samples {
+            Samples::Colours => self.decode(index),
+            // The reader of pictures takes all samples for colours.
+            Samples::Data => match self.image(index, Samples::Colours) {
+                Ok(Some(colours)) => Ok(Arc::new(as_stored(&colours))),
+                Ok(None) => return Ok(None),
+                Err(fault) => Err(fault),
+            },
+        };
+        self.known.insert((index, samples), read.as_ref().ok().cloned());
+        read.map(Some)
+    }
+
+    fn decode(&mut self, index: usize) -> Result<Arc<Texture>, String> {
+        let file = self.file;
+        let image = file.root.images.get(index);
+        let image = image.ok_or_else(|| format!("there is no image {index}"))?;
+        let named = match &image.uri {
+            Some(uri) if !uri.starts_with("data:") => format!("`{uri}`"),
+            _ => format!("image {index}"),
+        };
+        let about = |why: &str| format!("{named}: {why}");
+        let loaded;
+        let bytes = match (&image.uri, image.buffer_view) {
+            (Some(uri), _) => {
+                loaded = load(uri, self.other).map_err(|trouble| about(trouble.message()))?;
+                &loaded[..]
+            }
+            (None, Some(view)) => file.view(view).map_err(|trouble| about(trouble.message()))?.0,
+            (None, None) => return Err(about("holds nothing")),
+        };
+        if self.texels > texture::MOST_TEXELS {
+            return Err(about("the pictures of this file are too large together"));
+        }
+        let decoded = match unread_format(bytes) {
+            Some(format) => return Err(about(&format!("{format} is not read"))),
+            None => texture::decode(bytes).map_err(|fault| about(&fault.message))?,
+        };
+        self.texels += decoded.texels.len() as u64;
+        Ok(Arc::new(decoded))
+    }
+
+    fn tell(&mut self, what: String) {
+        if !self.unread.contains(&what) {
+            self.unread.push(what);
+        }
+    }
+}
+
+/// What came of a material's texture.
+pub(super) enum Read {
+    /// It names none.
+    None,
+    /// It is there.
+    Map(Map),
+    /// It names one that cannot be read.
+    Unread,
+}
+
+impl Read {
+    pub fn map(self) -> Option<Map> {
+        match self {
+            Read::Map(map) => Some(map),
+            _ => None,
+        }
+    }
+
+    pub fn is_unread(&self) -> bool {
+        matches!(self, Read::Unread)
+    }
+}
+
+impl Trouble {
+    fn message(&self) -> &str {
+        match self {
+            Trouble::Said(message) => message,
+            Trouble::Other(error) => error.message(),
+        }
+    }
+}
+
+/// The name of a format that glTF files hold and that no picture is read from.
+fn unread_format(bytes: &[u8]) -> Option<&'static str> {
+    if bytes.starts_with(b"\xabKTX 20\xbb") {
+        Some("KTX2")
+    } else if bytes.starts_with(b"DDS ") {
+        Some("DDS")
+    } else if bytes.get(4..12) == Some(b"ftypavif") {
+        Some("AVIF")
+    } else {
+        None
+    }
+}
+
+/// Intensities back to the samples that stood for them (IEC 61966-2-1).
+fn as_stored(colours: &Texture) -> Texture {
+    let stored = |x: &f32| {
+        let x = f64::from(*x);
+        let sample = match x <= 0.003_130_8 {
+            true => x * 12.92,
+            false => 1.055 * libm::pow(x, 1.0 / 2.4) - 0.055,
+        };
+        sample as f32
+    };
+    let texels = colours.texels.iter().map(|[r, g, b]| [stored(r), stored(g), stored(b)]).collect();
+    Texture { width: colours.width, height: colours.height, texels }
+}
+
+/// KHR_texture_transform, which moves places with v down, for places with v up.
+fn place(offset: [f64; 2], rotation: f64, [su, sv]: [f64; 2]) -> [[f64; 3]; 2] {
+    let (sin, cos) = (libm::sin(rotation), libm::cos(rotation));
+    // u' = a u + b v + c and v' = d u + e v + f, by translation * rotation * scale.
+    let (a, b, c) = (cos * su, sin * sv, offset[0]);
+    let (d, e, f) = (-sin * su, cos * sv, offset[1]);
+    // With v = 1 - w, and of v' again what is left to 1.
+    [[a, -b, b + c], [-d, e, 1.0 - e - f]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_of_data_are_those_that_are_stored() {
+        let linear = |sample: u8| {
+            let x = f64::from(sample) / 255.0;
+            (if x <= 0.04045 { x / 12.92 } else { libm::pow((x + 0.055) / 1.055, 2.4) }) as f32
+        };
+        for sample in 0..=255 {
+            let colours = Texture { width: 1, height: 1, texels: vec![[linear(sample); 3]] };
+            let stored = as_stored(&colours).texels[0][0];
+            // The rounding of an intensity to f32 grows by less than the curve's slope of 12.92.
+            assert!((stored - f32::from(sample) / 255.0).abs() < 1e-6, "{sample}: {stored}");
+        }
+    }
+
+    #[test]
+    fn a_texture_transform_turns_as_its_extension_says() {
+        // The extension's own matrices: column vectors, v down.
+        let (offset, rotation, scale) = ([0.25, 0.5], 0.7, [2.0, 3.0]);
+        let [u, v] = [0.3, 0.1];
+        let (sin, cos) = (libm::sin(rotation), libm::cos(rotation));
+        let [x, y] = [u * scale[0], v * scale[1]];
+        let down = [cos * x + sin * y + offset[0], -sin * x + cos * y + offset[1]];
+        let up = place(offset, rotation, scale).map(|r| r[0] * u + r[1] * (1.0 - v) + r[2]);
+        // Sums of numbers below 4, in another order.
+        assert!((up[0] - down[0]).abs() < 1e-14 && (up[1] - (1.0 - down[1])).abs() < 1e-14);
+    }
+}
