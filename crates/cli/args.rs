@@ -1,5 +1,6 @@
 //! What can be typed: the command line, word by word. What it means together is [`crate::meant`]'s.
 
+use crate::check::CheckArgs;
 use crate::farm::FarmCommand;
 use crate::film::FilmArgs;
 use crate::frames::FrameRanges;
@@ -10,7 +11,7 @@ use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use reflet_accel::{Isa, Quality};
 use reflet_film::Compression;
-use std::num::{NonZeroU64, NonZeroUsize};
+use std::num::{NonZeroU32, NonZeroU64, NonZeroUsize};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -48,7 +49,7 @@ Exit codes:
 /// A ray tracer: scenes are scripts, and a frame costs only what changed.
 #[derive(Debug, Parser)]
 #[command(name = "reflet", version, before_help = EXAMPLES, after_help = CODES)]
-#[command(max_term_width = 100, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(max_term_width = 100, arg_required_else_help = true)]
 pub struct Typed {
     /// What to do.
     #[command(subcommand)]
@@ -84,9 +85,9 @@ pub enum Command {
     Farm(FarmCommand),
     /// Say what a scene holds, and warn of what looks wrong
     #[command(
-        before_help = "Examples:\n  reflet check room.rhai\n  reflet check room.rhai --set gloss=1"
+        before_help = "Examples:\n  reflet check room.rhai\n  reflet check room.rhai --frames all --set gloss=1"
     )]
-    Check(ScriptArgs),
+    Check(CheckArgs),
     /// Measure how fast rays are, a scene's or from files
     #[command(before_help = PROFILE_EXAMPLES, after_help = CODES)]
     Profile(Box<ProfileArgs>),
@@ -333,6 +334,13 @@ fn bytes(text: &str) -> Result<u64, String> {
     let digits = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit());
     let bytes = || number.parse::<u64>().ok()?.checked_mul(unit?);
     bytes().filter(|_| digits).ok_or_else(|| "a whole number of bytes, as in 512M or 4G".into())
+}
+
+/// A number of things, of which there is at least one.
+pub(crate) fn count(text: &str) -> Result<NonZeroU32, String> {
+    let digits = text.bytes().all(|b| b.is_ascii_digit());
+    let n = text.parse().ok().filter(|_| digits);
+    n.ok_or_else(|| format!("a whole number from 1 to {}", u32::MAX))
 }
 
 fn threads(text: &str) -> Result<NonZeroUsize, String> {

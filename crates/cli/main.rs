@@ -17,6 +17,7 @@ mod parts;
 mod profile;
 mod progress;
 mod render;
+mod shell;
 mod signals;
 mod told;
 mod verify;
@@ -48,7 +49,9 @@ fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
         Meant::Merge(args) => merge::run(&args, console, &signals),
         Meant::Film(args) => film::run(&args, console, &signals),
         Meant::Farm(command) => farm::run(&command, console),
-        Meant::Check(script) => print(check::run(&script, console)?),
+        Meant::Check(script, frames) => {
+            print(check::run(&script, frames.as_ref(), console)?)
+        }
         Meant::Params(script, tell) => {
             let stage = script.load()?;
             let form = if tell == Tell::Programs { params::json } else { params::table };

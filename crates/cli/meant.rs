@@ -2,6 +2,7 @@
 //! here.
 
 use crate::args::{Command, NewArgs, ParamsArgs, ProfileArgs, RenderArgs, ScriptArgs, Typed};
+use crate::check;
 use crate::console::Console;
 use crate::exit::Failure;
 use crate::farm::FarmCommand;
@@ -38,7 +39,7 @@ pub enum Meant {
     /// Measure.
     Profile(Profile),
     /// Say what a scene holds.
-    Check(Script),
+    Check(Script, Option<check::Frames>),
     /// List parameters.
     Params(Script, Tell),
     /// Write the starter scene.
@@ -147,7 +148,7 @@ impl Meant {
             Command::Merge(args) => Self::Merge(args),
             Command::Film(args) => Self::Film(args),
             Command::Farm(command) => Self::Farm(command),
-            Command::Check(args) => Self::Check(script(args, console)),
+            Command::Check(args) => Self::Check(script(args.script, console), args.frames),
             Command::Params(ParamsArgs { script: args, json }) => {
                 Self::Params(script(args, console), tell(json))
             }

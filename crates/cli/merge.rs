@@ -37,6 +37,9 @@ pub fn run(args: &MergeArgs, console: &Console, signals: &Signals) -> Result<(),
     if format.is_film() || target.is_stdout() {
         return Err(Failure::usage("merge makes one picture; let -o name a file, as in still.png"));
     }
+    if target.is_numbered() {
+        return Err(Failure::usage("merge makes one picture; let -o name it without a frame number"));
+    }
     let path = target.path_for(0);
     let merge = || reflet_frame::merge(&args.parts, &path, format, args.compression);
     // A signal that comes meanwhile is waited for, and then no half file stays.
