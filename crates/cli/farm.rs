@@ -37,6 +37,15 @@ pub enum FarmCommand {
     Commands(FarmArgs),
 }
 
+impl FarmCommand {
+    /// What it takes.
+    pub fn args(&self) -> &FarmArgs {
+        match self {
+            Self::Slurm(args) | Self::Openjd(args) | Self::Commands(args) => args,
+        }
+    }
+}
+
 /// What every kind of job takes.
 #[derive(Debug, Args)]
 pub struct FarmArgs {
@@ -49,13 +58,14 @@ pub struct FarmArgs {
     #[arg(long, value_name = "RANGES", allow_hyphen_values = true)]
     pub frames: Option<FrameRanges>,
     /// The pictures' size instead of the script's
-    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = crate::args::size)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = crate::values::size)]
     pub size: Option<(u32, u32)>,
     /// How much time a smaller PNG or EXR is worth: fast, balanced or small
-    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::args::compression)]
+    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::values::compression())]
+    #[arg(hide_possible_values = true)]
     pub compression: Compression,
     /// Frames a task; 10 without it, and for Slurm as many more as leave at most 1000 tasks
-    #[arg(long, value_name = "N", value_parser = crate::args::count)]
+    #[arg(long, value_name = "N", value_parser = crate::values::count, allow_negative_numbers = true)]
     pub chunk: Option<NonZeroU32>,
     /// Split one picture into columns x rows, and merge it in the end
     #[arg(long, value_name = "CxR", conflicts_with = "film")]
@@ -229,6 +239,9 @@ pub fn run(command: &FarmCommand, console: &Console) -> Result<(), Failure> {
 /// Runs the script once, so that whatever is wrong is known before anything is submitted.
 fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     let script = name("SCRIPT", &args.script.script)?;
+    if script == "-" {
+        return Err(Failure::usage("tasks read the script from a file; save it under a name"));
+    }
     let mut output = name("--output", &args.output)?;
     let film = args.film.as_deref().map(|film| name("--film", film)).transpose()?;
     let assets = args.script.assets.iter().map(|folder| name("--assets", folder));
@@ -253,7 +266,7 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     // Numbered as the tasks will number them.
     let usage = |e: reflet_film::TargetError| Failure::usage(e.to_string());
     let numbered = if args.tiles.is_some() { 1 } else { animation.frames };
-    let target = Target::parse(args.output.as_os_str(), None, numbered).map_err(usage)?;
+    let target = Target::parse(output.as_ref(), None, numbered).map_err(usage)?;
     if target.is_stdout() || target.format().is_film() {
         return Err(Failure::usage(
             "the tasks of a farm make a file for each frame: let -o name them, as in \
@@ -295,9 +308,7 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
         more.extend(["--compression".into(), name.into()]);
     }
     let work = match args.tiles {
-        None => {
-            Work::Frames { frames, chunk: args.chunk.map(|chunk| chunk.get() as usize), film }
-        }
+        None => Work::Frames { frames, chunk: args.chunk.map(|chunk| chunk.get() as usize), film },
         Some(tiles) => match frames[..] {
             [frame] => {
                 // The number of a picture is known now, and merging does not know it.
@@ -312,13 +323,31 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
             }
         },
     };
-    Ok(FarmJob {
-        script,
-        output,
-        assets,
-        more,
-        compression,
-        fps: animation.fps,
-        work,
-    })
+    let job = FarmJob { script, output, assets, more, compression, fps: animation.fps, work };
+    can_run(&job)?;
+    Ok(job)
+}
+
+/// What Linux allows of one argument, and of all arguments of a command, less what the environment
+/// may take (`MAX_ARG_STRLEN`, and a quarter of the usual stack).
+const ARGUMENT: usize = (128 << 10) - 1;
+const ARGUMENTS: usize = 1 << 20;
+
+/// Refuses a job whose last command is too long to be run.
+fn can_run(job: &FarmJob) -> Result<(), Failure> {
+    let verify = match &job.work {
+        Work::Frames { frames, .. } => job.verify(frames),
+        Work::Tiles { .. } => Vec::new(),
+    };
+    for words in [verify, job.ending().unwrap_or_default()] {
+        // Each ends in a zero and has a pointer.
+        let all: usize = words.iter().map(|word| word.len() + 9).sum();
+        if all > ARGUMENTS || words.iter().any(|word| word.len() > ARGUMENT) {
+            return Err(Failure::usage(
+                "the job's last command would be longer than systems allow: take fewer --tiles, or \
+                 --frames in fewer ranges",
+            ));
+        }
+    }
+    Ok(())
 }

@@ -20,6 +20,7 @@ mod render;
 mod shell;
 mod signals;
 mod told;
+mod values;
 mod verify;
 mod watch;
 
@@ -49,9 +50,7 @@ fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
         Meant::Merge(args) => merge::run(&args, console, &signals),
         Meant::Film(args) => film::run(&args, console, &signals),
         Meant::Farm(command) => farm::run(&command, console),
-        Meant::Check(script, frames) => {
-            print(check::run(&script, frames.as_ref(), console)?)
-        }
+        Meant::Check(script, frames) => print(check::run(&script, frames.as_ref(), console)?),
         Meant::Params(script, tell) => {
             let stage = script.load()?;
             let form = if tell == Tell::Programs { params::json } else { params::table };

@@ -3,7 +3,7 @@
 
 use std::ffi::OsStr;
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A word, quoted if need be. What cannot be typed, control characters and bytes that are no UTF-8,
 /// stands as octal numbers between `$'` and `'` (POSIX.1-2024, section 2.2.4).
@@ -12,9 +12,7 @@ pub fn quoted(word: impl AsRef<OsStr>) -> String {
     // Some shells expand a first `=` to a command's path.
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,%@+".contains(c);
     match word.to_str() {
-        Some(text)
-            if !text.is_empty() && !text.starts_with('=') && text.chars().all(plain) =>
-        {
+        Some(text) if !text.is_empty() && !text.starts_with('=') && text.chars().all(plain) => {
             text.into()
         }
         Some(text) if !text.contains(char::is_control) => {
@@ -39,10 +37,10 @@ pub fn line(words: &[impl AsRef<OsStr>]) -> String {
     words.iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
-/// A path that no program takes for an option.
-pub fn operand(path: &Path) -> std::path::PathBuf {
+/// A path that no program takes for an option; `-`, the standard streams, stays.
+pub fn operand(path: &Path) -> PathBuf {
     let option = path.as_os_str().as_encoded_bytes().first() == Some(&b'-');
-    if option { Path::new(".").join(path) } else { path.to_path_buf() }
+    if option && path != Path::new("-") { Path::new(".").join(path) } else { path.to_path_buf() }
 }
 
 #[cfg(test)]
@@ -64,6 +62,7 @@ mod tests {
     #[test]
     fn operands_are_no_options() {
         assert_eq!(operand(Path::new("-x.rhai")), Path::new("./-x.rhai"));
+        assert_eq!(operand(Path::new("-")), Path::new("-"));
         assert_eq!(operand(Path::new("a/-x.rhai")), Path::new("a/-x.rhai"));
     }
 }

@@ -1,8 +1,6 @@
 //! Colours that seem to be meant in 0..255, where 1 is full.
 
-use reflet_scene::{
-    DVec3, Key, Material, PointLight, Projector, Scene, Settings, Spotlight, Sun,
-};
+use reflet_scene::{DVec3, Key, Material, PointLight, Projector, Scene, Settings, Spotlight, Sun};
 
 /// What a colour is for, and so how great it may well be.
 #[derive(Clone, Copy)]

@@ -3,9 +3,7 @@
 use super::findings::{Findings, Kind};
 use super::flat::NEAR;
 use super::shapes::{Shapes, placed, point};
-use reflet_scene::{
-    DVec3, Key, Material, PointLight, Projector, Scene, Spotlight, Surface,
-};
+use reflet_scene::{DVec3, Key, Material, PointLight, Projector, Scene, Spotlight, Surface};
 
 /// Points against surfaces: at most so many are looked at, a second's work.
 const TESTS: usize = 100_000_000;
@@ -30,9 +28,7 @@ pub fn find(
     name: &dyn Fn(Key) -> String,
     findings: &mut Findings,
 ) {
-    let light = |(_, what, at)| {
-        (Kind::LightOnSurface, format!("the {what} at {}", point(at)), at)
-    };
+    let light = |(_, what, at)| (Kind::LightOnSurface, format!("the {what} at {}", point(at)), at);
     let mut points: Vec<(Kind, String, DVec3)> = lights(scene).map(light).collect();
     if let Some(eye) = super::eye(scene) {
         for key in solids_around(scene, shapes, middles, eye) {
@@ -116,12 +112,7 @@ fn from_piece(at: DVec3, a: DVec3, u: DVec3, v: DVec3, within: impl Fn(f64, f64)
 ///
 /// A sky, a room or a mirrored ball holds more than the camera: other surfaces, or lights. One that
 /// is alone in the scene is meant if it is seen without light from elsewhere.
-fn solids_around(
-    scene: &Scene,
-    shapes: &Shapes,
-    middles: &[(Key, DVec3)],
-    eye: DVec3,
-) -> Vec<Key> {
+fn solids_around(scene: &Scene, shapes: &Shapes, middles: &[(Key, DVec3)], eye: DVec3) -> Vec<Key> {
     let planes = shapes.planes.iter().map(|(key, plane)| (*key, plane.point));
     let others: Vec<(Key, DVec3)> = middles.iter().copied().chain(planes).collect();
     // Of others at most `most` are looked at.

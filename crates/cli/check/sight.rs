@@ -105,7 +105,8 @@ impl<'a> Sight<'a> {
                 return None;
             }
         }
-        let planes = geometry.slots().any(|slot| geometry.shape[slot.index()].0 == ShapeKind::Plane);
+        let planes =
+            geometry.slots().any(|slot| geometry.shape[slot.index()].0 == ShapeKind::Plane);
         Some(if before || planes { Empty::Beside } else { Empty::Behind })
     }
 
