@@ -126,14 +126,14 @@ fn wrong([ox, oy, oz, t_min, dx, dy, dz, t_max]: [f32; 8]) -> Option<String> {
     let length = dir.iter().map(|x| f64::from(*x) * f64::from(*x)).sum::<f64>().sqrt();
     if !origin.iter().all(|x| x.is_finite()) {
         Some(format!("the origin is {origin:?}, which is not finite"))
-    } else if !((length - 1.0).abs() <= UNIT) {
+    } else if length.is_nan() || (length - 1.0).abs() > UNIT {
         Some(format!(
             "the direction is {dir:?}, of length {length}; rays are cast along unit vectors, so \
              divide by the length"
         ))
     } else if !(t_min >= 0.0 && t_min.is_finite()) {
         Some(format!("tmin is {t_min}; it must be finite and not below 0"))
-    } else if !(t_max >= t_min) {
+    } else if t_max.is_nan() || t_max < t_min {
         Some(format!("tmax is {t_max}; it must not be below tmin, {t_min}"))
     } else {
         None
