@@ -1,16 +1,21 @@
 //! What can be typed: the command line, word by word. What it means together is [`crate::meant`]'s.
 
+use crate::check::CheckArgs;
 use crate::farm::FarmCommand;
 use crate::film::FilmArgs;
 use crate::frames::FrameRanges;
 use crate::merge::MergeArgs;
 use crate::parts::PartArgs;
+use crate::values::{
+    Isas, bytes, command, compression, count, format, frame, isa, isas, operations, quality, size,
+    threads,
+};
 use crate::verify::VerifyArgs;
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 use reflet_accel::{Isa, Quality};
 use reflet_film::Compression;
-use std::num::{NonZeroU64, NonZeroUsize};
+use std::num::{NonZeroU32, NonZeroU64, NonZeroUsize};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -48,7 +53,7 @@ Exit codes:
 /// A ray tracer: scenes are scripts, and a frame costs only what changed.
 #[derive(Debug, Parser)]
 #[command(name = "reflet", version, before_help = EXAMPLES, after_help = CODES)]
-#[command(max_term_width = 100, arg_required_else_help = true, disable_help_subcommand = true)]
+#[command(max_term_width = 100, arg_required_else_help = true)]
 pub struct Typed {
     /// What to do.
     #[command(subcommand)]
@@ -84,9 +89,9 @@ pub enum Command {
     Farm(FarmCommand),
     /// Say what a scene holds, and warn of what looks wrong
     #[command(
-        before_help = "Examples:\n  reflet check room.rhai\n  reflet check room.rhai --set gloss=1"
+        before_help = "Examples:\n  reflet check room.rhai\n  reflet check room.rhai --frames all --set gloss=1"
     )]
-    Check(ScriptArgs),
+    Check(CheckArgs),
     /// Measure how fast rays are, a scene's or from files
     #[command(before_help = PROFILE_EXAMPLES, after_help = CODES)]
     Profile(Box<ProfileArgs>),
@@ -112,8 +117,25 @@ pub enum Command {
     )]
     Man {
         /// The command whose page it is; without it, the page of all
+        #[arg(value_parser = command(), hide_possible_values = true)]
         command: Option<String>,
     },
+}
+
+impl Command {
+    /// The values that parameters are given.
+    pub fn sets(&self) -> &[(String, String)] {
+        match self {
+            Self::Render(args) => &args.script.set,
+            Self::Verify(args) => &args.script.set,
+            Self::Farm(command) => &command.args().script.set,
+            Self::Check(args) => &args.script.set,
+            Self::Profile(args) => &args.set,
+            Self::Params(args) => &args.script.set,
+            Self::Merge(_) | Self::Film(_) | Self::New(_) => &[],
+            Self::Completions { .. } | Self::Man { .. } => &[],
+        }
+    }
 }
 
 /// A script and what bears on running it.
@@ -128,14 +150,19 @@ pub struct ScriptArgs {
     #[arg(long, value_name = "DIR", value_parser = folder)]
     pub assets: Vec<PathBuf>,
     /// Stop a script that takes more operations than this
-    #[arg(long, value_name = "N", default_value = "1000000000")]
+    #[arg(long, value_name = "N", default_value = "1000000000", value_parser = operations)]
+    #[arg(allow_negative_numbers = true)]
     pub max_operations: NonZeroU64,
 }
 
 /// A folder that is there.
 fn folder(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    if path.is_dir() { Ok(path) } else { Err("there is no such folder".to_owned()) }
+    match path.metadata() {
+        Ok(about) if about.is_dir() => Ok(path),
+        Ok(_) => Err("this is a file; name the folder that it is in".to_owned()),
+        Err(_) => Err("there is no such folder".to_owned()),
+    }
 }
 
 /// What `render` takes.
@@ -159,26 +186,28 @@ pub struct RenderArgs {
     #[arg(long)]
     pub watch: bool,
     /// Worker threads, at most 1024; by default one per core
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub threads: Option<NonZeroUsize>,
     /// The kernels: scalar, sse2, sse4.2, avx2, avx512, neon or auto; all give the same picture
-    #[arg(long, value_name = "LEVEL", default_value = "auto")]
+    #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = isa())]
+    #[arg(hide_possible_values = true)]
     pub isa: Isa,
     /// Trace every frame from nothing; the picture is the same
     #[arg(long)]
     pub no_reuse: bool,
     /// Memory for what is kept between frames: bytes, or with K, M or G; by default a quarter of
     /// what is free; the picture is the same
-    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    #[arg(long, value_name = "BYTES", value_parser = bytes, allow_negative_numbers = true)]
     pub cache_mem: Option<u64>,
     #[command(flatten)]
     pub part: PartArgs,
     /// The format, whatever the output's ending: png, png16, exr, exr16, qoi, jpg, ppm, pfm, gif,
     /// apng, webp, y4m, mp4 or mkv
-    #[arg(long, value_name = "EXT")]
+    #[arg(long, value_name = "EXT", value_parser = format(), hide_possible_values = true)]
     pub format: Option<String>,
     /// How much time a smaller PNG or EXR is worth: fast, balanced or small; all are lossless
-    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = compression)]
+    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = compression())]
+    #[arg(hide_possible_values = true)]
     pub compression: Compression,
     /// Print one JSON event a line on stdout
     #[arg(long)]
@@ -204,10 +233,12 @@ pub struct ProfileArgs {
     #[arg(long, value_name = "DIR", value_parser = folder, conflicts_with = "rays")]
     pub assets: Vec<PathBuf>,
     /// Stop a script that takes more operations than this
-    #[arg(long, value_name = "N", default_value = "1000000000")]
+    #[arg(long, value_name = "N", default_value = "1000000000", value_parser = operations)]
+    #[arg(allow_negative_numbers = true)]
     pub max_operations: NonZeroU64,
     /// Which frame of the script
-    #[arg(long, value_name = "N", default_value = "0")]
+    #[arg(long, value_name = "N", default_value = "0", value_parser = frame)]
+    #[arg(allow_negative_numbers = true)]
     pub frame: u32,
     /// Spheres: a .npy array of (n, 4) f32, centre and radius
     #[arg(long, value_name = "S.npy", group = "primitives", requires = "rays")]
@@ -231,17 +262,21 @@ pub struct ProfileArgs {
     #[arg(long, value_name = "OUT.npy", requires = "rays")]
     pub hits: Option<PathBuf>,
     /// The kernels: scalar, sse2, sse4.2, avx2, avx512, neon, auto, or all that this machine has
-    #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = isas)]
+    #[arg(long, value_name = "LEVEL", default_value = "auto", value_parser = isas())]
+    #[arg(hide_possible_values = true)]
     pub isa: Isas,
     /// How much the tree of boxes is worth: fast, balanced or high; no hit depends on it
-    #[arg(long, value_name = "LEVEL", default_value = "balanced")]
+    #[arg(long, value_name = "LEVEL", default_value = "balanced", value_parser = quality())]
+    #[arg(hide_possible_values = true)]
     pub quality: Quality,
     /// Threads, at most 1024; with commas, one measurement each
     #[arg(long, value_name = "N,...", default_value = "1", value_delimiter = ',', value_parser = threads)]
+    #[arg(allow_negative_numbers = true)]
     pub threads: Vec<NonZeroUsize>,
     /// How often; the median counts
-    #[arg(long, value_name = "N", default_value = "5")]
-    pub repeat: NonZeroUsize,
+    #[arg(long, value_name = "N", default_value = "5", value_parser = count)]
+    #[arg(allow_negative_numbers = true)]
+    pub repeat: NonZeroU32,
     /// Write the scene's primitives, and its rays by kind, as .npy files into a folder
     #[arg(long, value_name = "DIR", conflicts_with = "rays")]
     pub dump: Option<PathBuf>,
@@ -260,18 +295,6 @@ pub struct ProfileArgs {
     /// Print one JSON object a measurement on stdout
     #[arg(long)]
     pub json: bool,
-}
-
-/// Levels to measure.
-#[derive(Clone, Debug)]
-pub struct Isas(pub Vec<Isa>);
-
-fn isas(text: &str) -> Result<Isas, String> {
-    if text == "all" {
-        return Ok(Isas(Isa::available().collect()));
-    }
-    let isa = text.parse::<Isa>().map_err(|e| format!("{e}, or all"))?;
-    Ok(Isas(vec![isa]))
 }
 
 /// What `new` takes.
@@ -300,46 +323,6 @@ fn assignment(text: &str) -> Result<(String, String), String> {
     }
 }
 
-pub(crate) fn size(text: &str) -> Result<(u32, u32), String> {
-    let edge = |text: &str| {
-        let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
-        text.parse().ok().filter(|n| digits && (1..=65_535).contains(n))
-    };
-    let (w, h) = text.split_once(['x', 'X']).ok_or("write width and height, as in 1280x720")?;
-    match (edge(w), edge(h)) {
-        (Some(w), Some(h)) => Ok((w, h)),
-        _ => Err("width and height are whole numbers from 1 to 65535, as in 1280x720".into()),
-    }
-}
-
-pub(crate) fn compression(text: &str) -> Result<Compression, String> {
-    match text {
-        "fast" => Ok(Compression::Fast),
-        "balanced" => Ok(Compression::Balanced),
-        "small" => Ok(Compression::Small),
-        _ => Err("one of fast, balanced and small".into()),
-    }
-}
-
-fn bytes(text: &str) -> Result<u64, String> {
-    let number = text.trim_end_matches(['K', 'M', 'G']);
-    let unit = match &text[number.len()..] {
-        "" => Some(1),
-        "K" => Some(1 << 10),
-        "M" => Some(1 << 20),
-        "G" => Some(1 << 30),
-        _ => None,
-    };
-    let digits = !number.is_empty() && number.bytes().all(|b| b.is_ascii_digit());
-    let bytes = || number.parse::<u64>().ok()?.checked_mul(unit?);
-    bytes().filter(|_| digits).ok_or_else(|| "a whole number of bytes, as in 512M or 4G".into())
-}
-
-fn threads(text: &str) -> Result<NonZeroUsize, String> {
-    let n: Option<NonZeroUsize> = text.parse().ok();
-    n.filter(|n| n.get() <= 1024).ok_or_else(|| "a whole number from 1 to 1024".into())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -354,54 +337,10 @@ mod tests {
     fn help_opens_with_examples() {
         let mut command = Typed::command();
         assert!(command.render_help().to_string().starts_with("Examples:\n"));
-        for sub in command.get_subcommands_mut() {
+        // `help` itself is clap's.
+        for sub in command.get_subcommands_mut().filter(|sub| sub.get_name() != "help") {
             let help = sub.render_help().to_string();
             assert!(help.starts_with("Examples:\n"), "{}", sub.get_name());
-        }
-    }
-
-    #[test]
-    fn sizes() {
-        assert_eq!(size("1x1"), Ok((1, 1)));
-        assert_eq!(size("65535X65535"), Ok((65_535, 65_535)));
-        for bad in [
-            "",
-            "x",
-            "0",
-            "0x5",
-            "5x0",
-            "65536x1",
-            "+1x1",
-            "1x1x1",
-            "1 x1",
-            "-1x5",
-            "1.5x2",
-            "99999999999x1",
-        ] {
-            assert!(size(bad).is_err(), "{bad:?}");
-        }
-    }
-
-    #[test]
-    fn memory() {
-        assert_eq!(bytes("0"), Ok(0));
-        assert_eq!(bytes("123"), Ok(123));
-        assert_eq!(bytes("3K"), Ok(3 << 10));
-        assert_eq!(bytes("512M"), Ok(512 << 20));
-        assert_eq!(bytes("4G"), Ok(4 << 30));
-        for bad in [
-            "",
-            "G",
-            "-1",
-            "+1",
-            "1.5G",
-            "1KK",
-            "1T",
-            "1 G",
-            "18446744073709551616",
-            "17179869184G",
-        ] {
-            assert!(bytes(bad).is_err(), "{bad:?}");
         }
     }
 

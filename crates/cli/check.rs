@@ -6,51 +6,129 @@
 //! | [`survey`] | how much of what |
 //! | [`coincident`] | surfaces in one place, with [`flat`] for those in one plane |
 //! | [`nearby`] | lights on surfaces, the camera in a solid |
+//! | [`sight`] | what rays tell: nothing in view, a light that is shut in |
+//! | [`colours`] | colours that seem to be meant in 0..255 |
+//! | [`course`] | what holds in all frames |
 //! | [`findings`] | the warnings, each once |
 
 mod coincident;
+mod colours;
+mod course;
 mod findings;
 mod flat;
 mod nearby;
 pub mod shapes;
+mod sight;
 mod survey;
 
+use crate::args::ScriptArgs;
 use crate::console::Console;
 use crate::exit::Failure;
+use crate::frames::FrameRanges;
 use crate::meant::Script;
 use crate::progress::bytes;
-use findings::Findings;
-use reflet_scene::{Camera, Filter, Key, Scene, Spread};
+use course::Course;
+use findings::{Findings, Kind};
+use reflet_scene::{Camera, DVec3, Filter, Key, Scene, Spread};
 use reflet_script::Stage;
 use shapes::{Names, Shapes, number, point};
+use sight::Sight;
 use std::fmt::Write as _;
+use std::str::FromStr;
 use survey::{Survey, counted};
 
 /// Warnings of a kind that are told one by one.
 const TOLD: usize = 10;
+/// So many frames are run without being asked for: the first, the last, and some in between.
+const SAMPLE: u32 = 16;
+/// So many more are, where what was found holds only if it holds in all of them.
+const MORE: usize = 500;
 
-/// Builds the scene, looks at its first and last frame, and gives the report for stdout; warnings go
-/// to the console.
+/// What `check` takes.
+#[derive(Debug, clap::Args)]
+pub struct CheckArgs {
+    #[command(flatten)]
+    pub script: ScriptArgs,
+    /// The frames to run: all, or ranges as for `render`; without it the first, the last, and some
+    /// in between
+    #[arg(long, value_name = "RANGES", allow_hyphen_values = true)]
+    pub frames: Option<Frames>,
+}
+
+/// Which frames are run.
+#[derive(Clone, Debug)]
+pub enum Frames {
+    /// All.
+    All,
+    /// These.
+    These(FrameRanges),
+}
+
+impl FromStr for Frames {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "all" {
+            return Ok(Self::All);
+        }
+        text.parse().map(Self::These).map_err(|e| format!("{e}; or all"))
+    }
+}
+
+impl Frames {
+    /// The frames of an animation of `count`, ascending.
+    fn of(frames: Option<&Frames>, count: u32) -> Result<Vec<u32>, Failure> {
+        match frames {
+            Some(Self::These(ranges)) => ranges.within(count).map_err(Failure::usage),
+            None if count > SAMPLE => {
+                let at = |i: u32| u64::from(i) * u64::from(count - 1) / u64::from(SAMPLE - 1);
+                Ok((0..SAMPLE).map(|i| at(i) as u32).collect())
+            }
+            None | Some(Self::All) => Ok((0..count).collect()),
+        }
+    }
+}
+
+/// Builds the scene, runs some of its frames, and gives the report for stdout; warnings go to the
+/// console. Surfaces and lights are looked at in the first and the last of the frames.
 ///
 /// # Errors
-/// The script cannot be read, or is wrong by itself or in one of the two frames.
-pub fn run(script: &Script, console: &Console) -> Result<String, Failure> {
+/// The script cannot be read, or is wrong by itself or in one of the frames.
+pub fn run(script: &Script, frames: Option<&Frames>, console: &Console) -> Result<String, Failure> {
     let mut stage = script.load()?;
     let operations = stage.operations();
-    let animation = stage.with_scene(Scene::animation);
+    let count = stage.with_scene(Scene::animation).frames;
+    let chosen = Frames::of(frames, count)?;
+    let ends = [chosen.first().copied(), chosen.last().copied()];
     let mut findings = Findings::default();
-    stage.frame(0)?;
     let mut report = format!("{}\n", script.path.display());
-    stage.with_scene(|scene| {
-        let shapes = Shapes::of(scene);
-        look(scene, &shapes, &mut findings);
-        report += &describe(scene, &shapes);
-    });
-    if stage.has_frame_functions() && animation.frames > 1 {
-        let last = animation.frames - 1;
-        stage.frame(last)?;
-        findings.suffix = format!(" (in frame {last})");
-        stage.with_scene(|scene| look(scene, &Shapes::of(scene), &mut findings));
+    let mut course = stage.with_scene(Course::of);
+    for frame in &chosen {
+        stage.frame(*frame)?;
+        if let Some(course) = &mut course {
+            stage.with_scene(|scene| course.take(scene));
+        }
+        if ends[0] == Some(*frame) {
+            report += &stage.with_scene(|scene| describe(scene, &Shapes::of(scene)));
+        } else if ends[1] == Some(*frame) {
+            findings.suffix = format!(" (in frame {frame})");
+        }
+        if ends.contains(&Some(*frame)) {
+            look(&stage, course.as_ref(), &mut findings);
+        }
+    }
+    if let Some(course) = &mut course {
+        // Without a frame function all frames are the same.
+        let others = (0..count).filter(|frame| chosen.binary_search(frame).is_err());
+        for frame in others.take(if stage.has_frame_functions() { MORE } else { 0 }) {
+            if !course.open() {
+                break;
+            }
+            stage.frame(frame)?;
+            stage.with_scene(|scene| course.take(scene));
+        }
+        findings.suffix.clear();
+        course.tell(&stage, count, &mut findings);
     }
     report += &parameters(&stage);
     let _ = writeln!(report, "script      {}", counted(operations, "operation"));
@@ -66,11 +144,52 @@ pub fn run(script: &Script, console: &Console) -> Result<String, Failure> {
     Ok(report)
 }
 
-fn look(scene: &Scene, shapes: &Shapes, findings: &mut Findings) {
-    let names = Names::of(scene);
-    let name = |key: Key| names.name(scene, key);
-    coincident::find(shapes, &name, findings);
-    nearby::find(scene, shapes, &name, findings);
+/// Looks at one frame.
+fn look(stage: &Stage, course: Option<&Course>, findings: &mut Findings) {
+    let (colours, enclosed) = stage.with_scene(|scene| {
+        let (shapes, names) = (Shapes::of(scene), Names::of(scene));
+        let name = |key: Key| names.name(scene, key);
+        coincident::find(&shapes, &name, findings);
+        let columns = course.map(Course::columns);
+        let middles: Vec<_> = columns.into_iter().flat_map(sight::middles).collect();
+        nearby::find(scene, &shapes, &middles, &name, findings);
+        let sight = columns.and_then(Sight::new);
+        (colours::find(scene), enclosed(scene, sight))
+    });
+    for (light, surface) in enclosed {
+        findings.add(Kind::Enclosed, || {
+            let (light, surface) = (stage.name_of(light), stage.name_of(surface));
+            format!("{light} is inside {surface}, and its light reaches nothing outside")
+        });
+    }
+    for (key, what, colour) in colours {
+        findings.add(Kind::Colour, || {
+            format!(
+                "{}: {what} {} looks like 0..255, and 1 is full: divide by 255, or write \
+                 srgb(\"#rrggbb\")",
+                stage.name_of(key),
+                point(colour)
+            )
+        });
+    }
+}
+
+/// Lights that are shut in, and by what.
+fn enclosed(scene: &Scene, sight: Option<Sight<'_>>) -> Vec<(Key, Key)> {
+    let (Some(mut sight), Some(eye)) = (sight, eye(scene)) else { return Vec::new() };
+    let lights = nearby::lights(scene).filter(|(key, ..)| {
+        colours::emissivity(scene, *key).is_some_and(|colour| colour != DVec3::ZERO)
+    });
+    lights.filter_map(|(key, _, at)| Some((key, sight.enclosure(at, eye)?))).collect()
+}
+
+/// Where the camera is.
+fn eye(scene: &Scene) -> Option<DVec3> {
+    let camera = scene.singletons.camera.and_then(|key| scene.get::<Camera>(key))?;
+    Some(match camera {
+        Camera::LookAt { eye, .. } | Camera::Parallel { eye, .. } => eye,
+        Camera::Window { viewpoint, .. } => viewpoint,
+    })
 }
 
 fn describe(scene: &Scene, shapes: &Shapes) -> String {

@@ -80,10 +80,19 @@ mod tests {
             assert!(page.contains(".SH EXAMPLES\n.nf\n\\&  reflet "), "{page}");
             assert!(main.contains(&format!("reflet\\-{}", sub.get_name())), "{main}");
         }
+        let commands: Vec<_> =
+            Typed::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
+        assert_eq!(commands, crate::values::COMMANDS, "completions of `man` know all commands");
         assert_eq!(man(Some("nothing")).unwrap_err().exit, Exit::Usage);
         for shell in clap::ValueEnum::value_variants() {
             let script = String::from_utf8(completions(*shell)).unwrap();
             assert!(script.contains("max-operations"), "{shell}");
+            // Elvish's and PowerShell's know no values.
+            if ["bash", "zsh", "fish"].contains(&shell.to_string().as_str()) {
+                for value in ["sse4.2", "png16", "balanced", "high", "verify"] {
+                    assert!(script.contains(value), "{shell}: {value}");
+                }
+            }
         }
     }
 }

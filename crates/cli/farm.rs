@@ -8,6 +8,7 @@ use crate::args::ScriptArgs;
 use crate::console::{Console, print};
 use crate::exit::Failure;
 use crate::frames::FrameRanges;
+use crate::shell::{line, operand, quoted};
 use clap::{Args, Subcommand};
 use reflet_film::{Compression, Format, Target};
 use reflet_frame::resume::ranges;
@@ -36,6 +37,15 @@ pub enum FarmCommand {
     Commands(FarmArgs),
 }
 
+impl FarmCommand {
+    /// What it takes.
+    pub fn args(&self) -> &FarmArgs {
+        match self {
+            Self::Slurm(args) | Self::Openjd(args) | Self::Commands(args) => args,
+        }
+    }
+}
+
 /// What every kind of job takes.
 #[derive(Debug, Args)]
 pub struct FarmArgs {
@@ -48,14 +58,15 @@ pub struct FarmArgs {
     #[arg(long, value_name = "RANGES", allow_hyphen_values = true)]
     pub frames: Option<FrameRanges>,
     /// The pictures' size instead of the script's
-    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = crate::args::size)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = crate::values::size)]
     pub size: Option<(u32, u32)>,
     /// How much time a smaller PNG or EXR is worth: fast, balanced or small
-    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::args::compression)]
+    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::values::compression())]
+    #[arg(hide_possible_values = true)]
     pub compression: Compression,
-    /// Frames a task
-    #[arg(long, value_name = "N", default_value = "10")]
-    pub chunk: NonZeroU32,
+    /// Frames a task; 10 without it, and for Slurm as many more as leave at most 1000 tasks
+    #[arg(long, value_name = "N", value_parser = crate::values::count, allow_negative_numbers = true)]
+    pub chunk: Option<NonZeroU32>,
     /// Split one picture into columns x rows, and merge it in the end
     #[arg(long, value_name = "CxR", conflicts_with = "film")]
     pub tiles: Option<Tiles>,
@@ -87,12 +98,15 @@ impl FromStr for Tiles {
     }
 }
 
-/// A job, whatever schedules it.
+/// Frames a task, if nobody says.
+const CHUNK: usize = 10;
+
+/// A job, whatever schedules it. Its names are text without control characters, and no options.
 struct FarmJob {
-    script: PathBuf,
-    output: PathBuf,
+    script: String,
+    output: String,
     /// Folders that files of the scene may come from, beside the script's own.
-    assets: Vec<PathBuf>,
+    assets: Vec<String>,
     /// Other arguments that every task has: `--set`, `--size` and the like.
     more: Vec<String>,
     /// How the whole of tiles is compressed, if not as usual.
@@ -103,17 +117,21 @@ struct FarmJob {
 
 /// What is split, and how.
 enum Work {
-    /// Frames, so many a task, and the film that is made of them.
-    Frames { frames: Vec<u32>, chunk: usize, film: Option<PathBuf> },
+    /// Frames, so many a task if that was asked for, and the film that is made of them.
+    Frames { frames: Vec<u32>, chunk: Option<usize>, film: Option<String> },
     /// One picture, in tiles.
     Tiles { tiles: Tiles, frame: u32 },
 }
 
 impl FarmJob {
-    /// What every task's command begins with, after the program's name.
-    fn render(&self, output: &str) -> Vec<String> {
-        let mut words = vec!["render".into(), text(&self.script), "-o".into(), output.into()];
-        words.extend(self.folders());
+    /// What every task's command begins with, after the program's name; the output follows.
+    fn scene(&self) -> Vec<String> {
+        vec!["render".into(), self.script.clone(), "-o".into()]
+    }
+
+    /// The options of every task's command.
+    fn options(&self) -> Vec<String> {
+        let mut words: Vec<String> = self.folders().collect();
         words.extend(self.more.iter().cloned());
         words.push("--resume".into());
         words
@@ -121,7 +139,7 @@ impl FarmJob {
 
     /// The command that checks all frames.
     fn verify(&self, frames: &[u32]) -> Vec<String> {
-        let mut words = vec!["verify".into(), text(&self.script), text(&self.output)];
+        let mut words = vec!["verify".into(), self.script.clone(), self.output.clone()];
         words.extend(self.folders());
         words.extend(self.more.iter().cloned());
         words.extend(["--frames".into(), ranges(frames)]);
@@ -129,7 +147,7 @@ impl FarmJob {
     }
 
     fn folders(&self) -> impl Iterator<Item = String> {
-        self.assets.iter().flat_map(|folder| ["--assets".into(), text(folder)])
+        self.assets.iter().flat_map(|folder| ["--assets".into(), folder.clone()])
     }
 
     /// The option that compresses the whole of tiles.
@@ -140,7 +158,7 @@ impl FarmJob {
 
     /// The folder of a picture's parts.
     fn parts(&self) -> String {
-        format!("{}.parts", text(&self.output))
+        format!("{}.parts", self.output)
     }
 
     /// The arguments of the command that ends the job, if there is one. Parts are named one by one.
@@ -149,16 +167,16 @@ impl FarmJob {
             Work::Frames { film: None, .. } => None,
             Work::Frames { film: Some(film), frames, .. } => Some(vec![
                 "film".into(),
-                text(&self.output),
+                self.output.clone(),
                 "-o".into(),
-                text(film),
+                film.clone(),
                 "--fps".into(),
                 self.fps.to_string(),
                 "--frames".into(),
                 ranges(frames),
             ]),
             Work::Tiles { tiles, .. } => {
-                let mut words = vec!["merge".into(), "-o".into(), text(&self.output)];
+                let mut words = vec!["merge".into(), "-o".into(), self.output.clone()];
                 words.extend(self.compressed());
                 let places = (1..=tiles.rows)
                     .flat_map(|row| (1..=tiles.columns).map(move |column| (column, row)));
@@ -169,21 +187,27 @@ impl FarmJob {
     }
 }
 
-fn text(path: &Path) -> String {
-    path.to_string_lossy().into_owned()
+/// A name as text that every reader of a job takes as it is: what is no text, or would end a line,
+/// is refused.
+fn name(what: &str, path: &Path) -> Result<String, Failure> {
+    let path = operand(path);
+    let text = path.to_str().ok_or_else(|| {
+        let name = quoted(&path);
+        Failure::usage(format!("{what}: the name {name} is no UTF-8, and a job is; rename it"))
+    })?;
+    plain(what, text)?;
+    Ok(text.to_owned())
 }
 
-/// A word as a POSIX shell reads it back.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,%@+".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word.into();
+/// Text without control characters.
+fn plain(what: &str, text: &str) -> Result<(), Failure> {
+    if !text.contains(char::is_control) {
+        return Ok(());
     }
-    format!("'{}'", word.replace('\'', "'\\''"))
-}
-
-fn line(words: &[String]) -> String {
-    words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+    let text = quoted(text);
+    Err(Failure::usage(format!(
+        "{what}: {text} has control characters, which no job can hold; rename it"
+    )))
 }
 
 /// Writes a job.
@@ -192,7 +216,14 @@ fn line(words: &[String]) -> String {
 /// The script is wrong; frames or options that do not fit it.
 pub fn run(command: &FarmCommand, console: &Console) -> Result<(), Failure> {
     match command {
-        FarmCommand::Slurm(args) => print(slurm::script(&planned(args, console)?)),
+        FarmCommand::Slurm(args) => {
+            let job = planned(args, console)?;
+            let array = slurm::Array::of(&job.work);
+            if let Some(warning) = array.warning() {
+                console.warn(&warning);
+            }
+            print(slurm::script(&job, array))
+        }
         FarmCommand::Openjd(args) => print(openjd::template(&planned(args, console)?)?),
         FarmCommand::Commands(args) => {
             let job = planned(args, console)?;
@@ -207,6 +238,14 @@ pub fn run(command: &FarmCommand, console: &Console) -> Result<(), Failure> {
 
 /// Runs the script once, so that whatever is wrong is known before anything is submitted.
 fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
+    let script = name("SCRIPT", &args.script.script)?;
+    if script == "-" {
+        return Err(Failure::usage("tasks read the script from a file; save it under a name"));
+    }
+    let mut output = name("--output", &args.output)?;
+    let film = args.film.as_deref().map(|film| name("--film", film)).transpose()?;
+    let assets = args.script.assets.iter().map(|folder| name("--assets", folder));
+    let assets: Vec<String> = assets.collect::<Result<_, _>>()?;
     let printer = console.clone();
     let path = args.script.script.clone();
     let options = Options {
@@ -227,7 +266,7 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     // Numbered as the tasks will number them.
     let usage = |e: reflet_film::TargetError| Failure::usage(e.to_string());
     let numbered = if args.tiles.is_some() { 1 } else { animation.frames };
-    let target = Target::parse(args.output.as_os_str(), None, numbered).map_err(usage)?;
+    let target = Target::parse(output.as_ref(), None, numbered).map_err(usage)?;
     if target.is_stdout() || target.format().is_film() {
         return Err(Failure::usage(
             "the tasks of a farm make a file for each frame: let -o name them, as in \
@@ -246,7 +285,12 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     }
     let mut more = Vec::new();
     for (name, value) in &args.script.set {
-        more.extend(["--set".into(), format!("{name}={value}")]);
+        let set = format!("--set={name}={value}");
+        plain("--set", &set)?;
+        match set.split_at(6) {
+            (_, set) if !set.starts_with('-') => more.extend(["--set".into(), set.into()]),
+            _ => more.push(set),
+        }
     }
     if let Some((width, height)) = args.size {
         more.extend(["--size".into(), format!("{width}x{height}")]);
@@ -264,9 +308,13 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
         more.extend(["--compression".into(), name.into()]);
     }
     let work = match args.tiles {
-        None => Work::Frames { frames, chunk: args.chunk.get() as usize, film: args.film.clone() },
+        None => Work::Frames { frames, chunk: args.chunk.map(|chunk| chunk.get() as usize), film },
         Some(tiles) => match frames[..] {
-            [frame] => Work::Tiles { tiles, frame },
+            [frame] => {
+                // The number of a picture is known now, and merging does not know it.
+                output = target.path_for(frame).to_string_lossy().into_owned();
+                Work::Tiles { tiles, frame }
+            }
             _ => {
                 return Err(Failure::usage(format!(
                     "--tiles splits one picture, and there are {} frames: pick one, as in --frames 0",
@@ -275,26 +323,31 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
             }
         },
     };
-    Ok(FarmJob {
-        script: args.script.script.clone(),
-        output: args.output.clone(),
-        assets: args.script.assets.clone(),
-        more,
-        compression,
-        fps: animation.fps,
-        work,
-    })
+    let job = FarmJob { script, output, assets, more, compression, fps: animation.fps, work };
+    can_run(&job)?;
+    Ok(job)
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// What Linux allows of one argument, and of all arguments of a command, less what the environment
+/// may take (`MAX_ARG_STRLEN`, and a quarter of the usual stack).
+const ARGUMENT: usize = (128 << 10) - 1;
+const ARGUMENTS: usize = 1 << 20;
 
-    #[test]
-    fn words_survive_a_shell() {
-        assert_eq!(quoted("out/frame-%04d.png"), "out/frame-%04d.png");
-        assert_eq!(quoted("out/frame-####.png"), "'out/frame-####.png'");
-        assert_eq!(quoted("it's $HOME"), "'it'\\''s $HOME'");
-        assert_eq!(quoted(""), "''");
+/// Refuses a job whose last command is too long to be run.
+fn can_run(job: &FarmJob) -> Result<(), Failure> {
+    let verify = match &job.work {
+        Work::Frames { frames, .. } => job.verify(frames),
+        Work::Tiles { .. } => Vec::new(),
+    };
+    for words in [verify, job.ending().unwrap_or_default()] {
+        // Each ends in a zero and has a pointer.
+        let all: usize = words.iter().map(|word| word.len() + 9).sum();
+        if all > ARGUMENTS || words.iter().any(|word| word.len() > ARGUMENT) {
+            return Err(Failure::usage(
+                "the job's last command would be longer than systems allow: take fewer --tiles, or \
+                 --frames in fewer ranges",
+            ));
+        }
     }
+    Ok(())
 }

@@ -68,6 +68,15 @@ fn range(part: &str) -> Result<Range, String> {
     }
 }
 
+/// What to say of a frame that an animation of `frames` does not have.
+pub fn outside_of(frame: u32, frames: u32) -> String {
+    let has = match frames {
+        1 => "the scene has one frame, 0".to_owned(),
+        n => format!("the animation has {n} frames, 0 to {}", n - 1),
+    };
+    format!("there is no frame {frame}: {has}")
+}
+
 impl FrameRanges {
     /// The frames, ascending, each once, of an animation of `frames` frames.
     ///
@@ -75,11 +84,7 @@ impl FrameRanges {
     /// A frame outside the animation.
     pub fn within(&self, frames: u32) -> Result<Vec<u32>, String> {
         if let Some(outside) = self.0.iter().find(|r| r.last >= frames) {
-            let has = match frames {
-                1 => "the scene has one frame, 0".to_owned(),
-                n => format!("the animation has {n} frames, 0 to {}", n - 1),
-            };
-            return Err(format!("--frames: there is no frame {}: {has}", outside.last));
+            return Err(format!("--frames: {}", outside_of(outside.last, frames)));
         }
         let mut picked: Vec<u32> =
             self.0.iter().flat_map(|r| (r.first..=r.last).step_by(r.step as usize)).collect();

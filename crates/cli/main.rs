@@ -17,8 +17,10 @@ mod parts;
 mod profile;
 mod progress;
 mod render;
+mod shell;
 mod signals;
 mod told;
+mod values;
 mod verify;
 mod watch;
 
@@ -48,7 +50,7 @@ fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
         Meant::Merge(args) => merge::run(&args, console, &signals),
         Meant::Film(args) => film::run(&args, console, &signals),
         Meant::Farm(command) => farm::run(&command, console),
-        Meant::Check(script) => print(check::run(&script, console)?),
+        Meant::Check(script, frames) => print(check::run(&script, frames.as_ref(), console)?),
         Meant::Params(script, tell) => {
             let stage = script.load()?;
             let form = if tell == Tell::Programs { params::json } else { params::table };

@@ -2,6 +2,7 @@
 //! here.
 
 use crate::args::{Command, NewArgs, ParamsArgs, ProfileArgs, RenderArgs, ScriptArgs, Typed};
+use crate::check;
 use crate::console::Console;
 use crate::exit::Failure;
 use crate::farm::FarmCommand;
@@ -38,7 +39,7 @@ pub enum Meant {
     /// Measure.
     Profile(Profile),
     /// Say what a scene holds.
-    Check(Script),
+    Check(Script, Option<check::Frames>),
     /// List parameters.
     Params(Script, Tell),
     /// Write the starter scene.
@@ -140,6 +141,7 @@ impl Meant {
     /// # Errors
     /// Words that do not go together, and names that are not known: usage.
     pub fn by(typed: Typed, console: &Console) -> Result<Self, Failure> {
+        set_once(typed.command.sets())?;
         Ok(match typed.command {
             Command::Render(args) => Self::Render(render(args, console)?),
             Command::Profile(args) => Self::Profile(profile(*args, console)?),
@@ -147,7 +149,7 @@ impl Meant {
             Command::Merge(args) => Self::Merge(args),
             Command::Film(args) => Self::Film(args),
             Command::Farm(command) => Self::Farm(command),
-            Command::Check(args) => Self::Check(script(args, console)),
+            Command::Check(args) => Self::Check(script(args.script, console), args.frames),
             Command::Params(ParamsArgs { script: args, json }) => {
                 Self::Params(script(args, console), tell(json))
             }
@@ -156,6 +158,18 @@ impl Meant {
             Command::Man { command } => Self::Man(command),
         })
     }
+}
+
+/// Refuses a parameter that is given two values: one of them would be ignored.
+fn set_once(sets: &[(String, String)]) -> Result<(), Failure> {
+    for (i, (name, second)) in sets.iter().enumerate() {
+        if let Some((_, first)) = sets[..i].iter().find(|(before, _)| before == name) {
+            return Err(Failure::usage(format!(
+                "--set {name} is given twice, as {first} and as {second}: keep one"
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn script(args: ScriptArgs, console: &Console) -> Script {
@@ -181,6 +195,9 @@ fn profile(args: ProfileArgs, console: &Console) -> Result<Profile, Failure> {
     for isa in &args.isa.0 {
         isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
     }
+    if args.heatmap.as_ref().is_some_and(|path| path.extension() != Some("png".as_ref())) {
+        return Err(Failure::usage("--heatmap writes a PNG; let its name end in .png"));
+    }
     let subject = match (args.script, args.rays) {
         (Some(path), _) => {
             let (set, assets, max_operations) = (args.set, args.assets, args.max_operations);
@@ -204,7 +221,7 @@ fn profile(args: ProfileArgs, console: &Console) -> Result<Profile, Failure> {
         subject,
         isas: args.isa.0,
         threads: args.threads.into_iter().map(NonZeroUsize::get).collect(),
-        repeat: args.repeat.get(),
+        repeat: args.repeat.get() as usize,
         quality: args.quality,
         save: args.save,
         against: args.against,

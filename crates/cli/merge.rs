@@ -19,10 +19,12 @@ pub struct MergeArgs {
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
     /// How much time a smaller PNG or EXR is worth: fast, balanced or small
-    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::args::compression)]
+    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::values::compression())]
+    #[arg(hide_possible_values = true)]
     pub compression: Compression,
     /// The format, whatever the output's ending
-    #[arg(long, value_name = "EXT")]
+    #[arg(long, value_name = "EXT", value_parser = crate::values::format())]
+    #[arg(hide_possible_values = true)]
     pub format: Option<String>,
 }
 
@@ -36,6 +38,11 @@ pub fn run(args: &MergeArgs, console: &Console, signals: &Signals) -> Result<(),
     let format = target.format();
     if format.is_film() || target.is_stdout() {
         return Err(Failure::usage("merge makes one picture; let -o name a file, as in still.png"));
+    }
+    if target.is_numbered() {
+        return Err(Failure::usage(
+            "merge makes one picture; let -o name it without a frame number",
+        ));
     }
     let path = target.path_for(0);
     let merge = || reflet_frame::merge(&args.parts, &path, format, args.compression);

@@ -2,6 +2,8 @@
 
 use crate::args::NewArgs;
 use crate::exit::{Exit, Failure};
+use crate::shell::{line, operand, quoted};
+use reflet_film::Target;
 use std::ffi::OsStr;
 use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
@@ -17,11 +19,14 @@ pub const STARTER: &str = include_str!("starter.rhai");
 pub fn run(args: &NewArgs) -> Result<String, Failure> {
     let path = script_path(&args.name)?;
     write(&path)?;
-    let (script, picture) = (path.display(), path.with_extension("png"));
-    Ok(format!(
-        "{script} is written; render it with\n  reflet render {script} -o {}\n",
-        picture.display()
-    ))
+    let (script, mut picture) = (operand(&path), operand(&path).with_extension("png"));
+    // A name that holds a frame number, or almost one, is no name of one picture.
+    if !Target::parse(picture.as_os_str(), None, 1).is_ok_and(|target| !target.is_numbered()) {
+        picture.set_file_name("picture.png");
+    }
+    let words = ["reflet".as_ref(), "render".as_ref(), script.as_os_str(), "-o".as_ref()];
+    let command = line(&[&words[..], &[picture.as_os_str()]].concat());
+    Ok(format!("{} is written; render it with\n  {command}\n", quoted(&path)))
 }
 
 fn script_path(name: &Path) -> Result<PathBuf, Failure> {

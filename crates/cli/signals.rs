@@ -18,6 +18,8 @@ struct Inner {
     cancel: AtomicBool,
     /// Whether there is a render that can be told; without one a signal ends the process.
     rendering: AtomicBool,
+    /// Whether files are waited for: then a signal is the usual way to end.
+    waiting: AtomicBool,
     /// The exit code of the signal that came, 0 if none did.
     exit: AtomicU8,
     /// Where the render's unfinished files stand.
@@ -74,8 +76,12 @@ impl Signals {
     #[cfg(unix)]
     fn end(&self, exit: Exit, console: &Console) -> ! {
         console.show("");
-        let how = *self.0.how.lock().unwrap_or_else(PoisonError::into_inner);
-        console.error(&format!("stopped at once{how}"));
+        if self.0.waiting.load(Ordering::SeqCst) {
+            console.say("no longer watching");
+        } else {
+            let how = *self.0.how.lock().unwrap_or_else(PoisonError::into_inner);
+            console.error(&format!("stopped at once{how}"));
+        }
         let folder = self.0.folder.lock().unwrap_or_else(PoisonError::into_inner);
         let strays = folder.as_deref().and_then(|f| reflet_film::stray_files(f).ok());
         for stray in strays.into_iter().flatten() {
@@ -115,6 +121,13 @@ impl Signals {
         let result = render(&self.0.cancel);
         self.0.rendering.store(false, Ordering::SeqCst);
         result
+    }
+
+    /// Waits for files; a signal that comes meanwhile ends the process without an error.
+    pub fn waiting(&self, wait: impl FnOnce()) {
+        self.0.waiting.store(true, Ordering::SeqCst);
+        wait();
+        self.0.waiting.store(false, Ordering::SeqCst);
     }
 
     /// Ends a running render from within, because nobody reads what it tells.

@@ -24,16 +24,18 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "RANGES", allow_hyphen_values = true)]
     pub frames: Option<FrameRanges>,
     /// The pictures' size, if it is not the script's
-    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = crate::args::size)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = crate::values::size)]
     pub size: Option<(u32, u32)>,
     /// The frames were rendered with --draft
     #[arg(long)]
     pub draft: bool,
     /// How much time a smaller PNG, APNG or EXR was worth: fast, balanced or small
-    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::args::compression)]
+    #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::values::compression())]
+    #[arg(hide_possible_values = true)]
     pub compression: Compression,
     /// The format, if it is not the output's ending
-    #[arg(long, value_name = "EXT")]
+    #[arg(long, value_name = "EXT", value_parser = crate::values::format())]
+    #[arg(hide_possible_values = true)]
     pub format: Option<String>,
 }
 

@@ -40,16 +40,23 @@ pub fn run(meant: &Render, console: &Console, signals: &Signals) -> Result<(), F
             }
         };
         if let Err(failure) = render::once(meant, console, signals, &mut read) {
-            if failure.message.is_empty() || signals.failure().is_some() {
+            if signals.failure().is_some() {
+                // A signal is how this ends.
+                console.say(&failure.message);
+                return Err(Failure::quiet(failure.exit));
+            }
+            if failure.message.is_empty() {
                 return Err(failure);
             }
             console.error(&failure.message);
         }
         console.show(&format!("watching {}; Ctrl-C ends", meant.script.path.display()));
-        while files.iter().all(|(path, seen)| look_at(path) == *seen) {
-            std::thread::sleep(PAUSE);
-        }
-        settle(&files);
+        signals.waiting(|| {
+            while files.iter().all(|(path, seen)| look_at(path) == *seen) {
+                std::thread::sleep(PAUSE);
+            }
+            settle(&files);
+        });
         console.show("");
     }
 }

@@ -26,7 +26,7 @@ fn room() -> Room {
 }
 
 /// Whether a program can be started with these words.
-fn works(program: &str, words: &[&str]) -> bool {
+pub fn works(program: &str, words: &[&str]) -> bool {
     let mut command = Command::new(program);
     command.args(words).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     command.status().is_ok_and(|status| status.success())
@@ -65,13 +65,13 @@ fn written(room: &Room, name: &str, words: &[&str]) -> PathBuf {
     room.path(name)
 }
 
-fn shown(output: &Output) -> String {
+pub fn shown(output: &Output) -> String {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     format!("{}\n{}\n{}", output.status, text(&output.stdout), text(&output.stderr))
 }
 
 /// A path in which `reflet` is the binary under test.
-fn path() -> String {
+pub fn path() -> String {
     let folder = Path::new(env!("CARGO_BIN_EXE_reflet")).parent().unwrap();
     format!("{}:{}", folder.display(), std::env::var("PATH").unwrap_or_default())
 }
@@ -150,6 +150,8 @@ fn mistakes_are_known_before_anything_is_submitted() {
     farm(&["none.rhai", "-o", "a.png"], 66, &["none.rhai"]);
     farm(&["five.rhai", "-o", "a.gif"], 2, &["--film"]);
     farm(&["five.rhai", "-o", "-"], 2, &["--film"]);
+    farm(&["-", "-o", "a.png"], 2, &["file"]);
+    farm(&["still.rhai", "-o", "a.png", "--tiles", "1000x1000"], 2, &["--tiles"]);
     farm(&["five.rhai", "-o", "a.png", "--frames", "5"], 2, &["--frames"]);
     farm(&["five.rhai", "-o", "a.png", "--tiles", "2x2"], 2, &["--tiles", "5 frames"]);
     farm(&["five.rhai", "-o", "a.png", "--tiles", "2"], 2, &["8x6"]);
@@ -198,6 +200,24 @@ fn open_job_description() {
     told_by_readme("openjd").iter().for_each(|line| shell(&room, line));
     same_as_local(&room);
     same(&room, "room.mp4", "local.mp4");
+}
+
+#[test]
+fn an_array_fits_into_slurm() {
+    let long = format!("{STILL}{}", FIVE.replace("frames: 5", "frames: 20000"));
+    let room = Room::with(&[("a.rhai", &long), ("still.rhai", STILL)]);
+    let tasks = |more: &[&str]| {
+        let ran = room.good(&[&["farm", "slurm", "a.rhai", "-o", "f-#.png"], more].concat());
+        let array = ran.text().lines().find_map(|l| l.strip_prefix("#SBATCH --array=1-")).unwrap();
+        (array.parse::<u32>().unwrap(), ran.err)
+    };
+    assert_eq!(tasks(&[]), (1000, String::new()));
+    assert_eq!(tasks(&["--frames", "0-999"]), (100, String::new()));
+    assert_eq!(tasks(&["--chunk", "20"]), (1000, String::new()));
+    let (many, warning) = tasks(&["--chunk", "10"]);
+    assert!(many == 2000 && warning.contains("MaxArraySize"), "{warning}");
+    let ran = room.good(&["farm", "slurm", "still.rhai", "-o", "a.png", "--tiles", "40x40"]);
+    assert!(ran.err.contains("MaxArraySize"), "{}", ran.err);
 }
 
 /// A Slurm of one node, ended with the test.

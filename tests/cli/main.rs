@@ -5,6 +5,7 @@ mod events;
 mod farmed;
 mod films;
 mod full;
+mod names;
 mod outputs;
 mod profiled;
 mod resumed;

@@ -114,6 +114,7 @@ fn words_that_do_not_go_together_are_usage_errors() {
     room.bad(&both, 2, &["--mesh"]);
     room.bad(&["profile", "still.rhai", "--rays", "rays.npy"], 2, &["--rays"]);
     room.bad(&["profile", "still.rhai", "--frame", "1"], 2, &["one frame, 0"]);
+    room.bad(&["profile", "still.rhai", "--heatmap", "a.jpg"], 2, &["--heatmap", ".png"]);
     room.bad(&["profile", "still.rhai", "--isa", "avx1024"], 2, &["avx2", "all"]);
 }
 
@@ -229,15 +230,30 @@ fn figures_are_kept_and_compared() {
     room.good(&[&spheres[..], &["--save", "out/f.json"]].concat());
     let text = std::fs::read_to_string(room.path("out/f.json")).unwrap();
     let kept: serde_json::Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(kept[0]["cpu_ns"].as_array().unwrap().len(), 5);
+    assert_eq!(kept["figures"][0]["cpu_ns"].as_array().unwrap().len(), 5);
+    for key in ["version", "cpu", "subject", "inputs", "quality"] {
+        assert!(kept["about"][key].is_string(), "{key}: {text}");
+    }
     let ran = room.good(&[&spheres[..], &["--against", "out/f.json"]].concat());
     assert!(ran.text().contains("beyond noise"), "{}", ran.text());
     let line =
         json(room.good(&[&spheres[..], &["--against", "out/f.json", "--json"]].concat()).text());
     assert!(line["mrays_per_s_per_core"].is_number() && line["against"][0]["ratio"].is_number());
-    // Of a scene, other things are measured.
-    let ran = room.good(&["profile", "still.rhai", "--against", "out/f.json"]);
-    assert!(ran.text().contains("nothing"), "{}", ran.text());
+    // Unlike things are not compared, and what differs is named.
+    let against = |args: &[&str], words: &[&str]| {
+        room.bad(&[args, &["--against", "out/f.json"]].concat(), 66, words);
+    };
+    against(&["profile", "still.rhai"], &["a frame of a scene", "rays from a file", "inputs"]);
+    against(&[&spheres[..], &["--any"]].concat(), &["--any"]);
+    against(&[&spheres[..], &["--quality", "high"]].concat(), &["--quality", "balanced", "high"]);
+    against(&[&spheres[..], &["--threads", "2"]].concat(), &["--threads", "on 1", "on 2"]);
+    room.write("one.npy", npy("<f4", 4, &floats(&[0., 0., 0., 1.])));
+    against(&["profile", "--spheres", "one.npy", "--rays", "rays.npy"], &["inputs"]);
+    room.write("m.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
+    against(&["profile", "--mesh", "m.obj", "--rays", "rays.npy"], &["inputs"]);
+    let other = text.replace("\"cpu\": \"", "\"cpu\": \"another ");
+    room.write("out/other.json", other);
+    room.bad(&[&spheres[..], &["--against", "out/other.json"]].concat(), 66, &["CPU", "another"]);
     room.bad(&["profile", "still.rhai", "--against", "rays.npy"], 66, &["rays.npy", "--save"]);
     room.bad(&["profile", "still.rhai", "--save", "still.rhai/f"], 74, &["still.rhai"]);
     room.bad(&[&spheres[..], &["--dump", "d"]].concat(), 2, &["--dump"]);
@@ -255,4 +271,74 @@ fn what_the_frame_before_saves_is_told() {
     let saved = reuse("2");
     assert_eq!(saved["kept"]["rays"], 0);
     assert!(saved["fresh"]["rays"].as_u64().unwrap() > 16 * 9 && saved["nothing_kept"].is_null());
+}
+
+#[test]
+fn numbers_that_make_no_sense_are_66_with_their_row() {
+    let room = room();
+    const NAN: f32 = f32::NAN;
+    let good = [0., 0., 4., 0., 0., 0., -1., INF];
+    let ray = |column: usize, x: f32, words: &[&str]| {
+        let mut row = good;
+        row[column] = x;
+        room.write("bad.npy", npy("<f4", 8, &floats(&[good, row].concat())));
+        let args = ["profile", "--spheres", "balls.npy", "--rays", "bad.npy", "--hits", "h.npy"];
+        room.bad(&args, 66, &[&["bad.npy: row 1"], words].concat());
+    };
+    ray(1, NAN, &["origin"]);
+    ray(0, INF, &["origin"]);
+    ray(5, NAN, &["direction", "NaN"]);
+    ray(6, 0., &["direction", "length 0"]);
+    // One that is 1 % too long lost half of its hits.
+    ray(6, -1.01, &["direction", "1.01"]);
+    ray(3, NAN, &["tmin"]);
+    ray(3, -1., &["tmin", "-1"]);
+    ray(7, NAN, &["tmax"]);
+    ray(7, -1., &["tmax", "-1"]);
+    let sphere = |row: [f32; 4], words: &[&str]| {
+        room.write("bad.npy", npy("<f4", 4, &floats(&[[0., 0., 0., 1.], row].concat())));
+        let args = ["profile", "--spheres", "bad.npy", "--rays", "rays.npy"];
+        room.bad(&args, 66, &[&["bad.npy: row 1"], words].concat());
+    };
+    sphere([0., 0., 0., -1.], &["radius", "-1"]);
+    sphere([0., 0., 0., 0.], &["radius"]);
+    sphere([0., 0., 0., NAN], &["radius", "NaN"]);
+    sphere([0., NAN, 0., 1.], &["centre"]);
+    room.write("v.npy", npy("<f4", 3, &floats(&[0., 0., 0., 1., NAN, 0., 0., 1., 0.])));
+    room.write("t.npy", npy("<u4", 3, &[0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0]));
+    let args = ["profile", "--verts", "v.npy", "--tris", "t.npy", "--rays", "rays.npy"];
+    room.bad(&args, 66, &["v.npy: row 1", "NaN"]);
+    assert!(!room.path("h.npy").exists());
+    // What rounding leaves of a unit vector is one.
+    let third = 1f32 / 3f32.sqrt();
+    let row = [0., 0., 4., 0., third, third, -third, INF];
+    room.write("bad.npy", npy("<f4", 8, &floats(&row)));
+    room.good(&["profile", "--spheres", "balls.npy", "--rays", "bad.npy", "--repeat", "1"]);
+}
+
+#[test]
+fn other_types_of_numbers_give_the_same_hits() {
+    let room = room();
+    let doubles = |rows: &[f64]| rows.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let array = |descr: &str, shape: &str, order: &str, data: &[u8]| {
+        let text =
+            format!("{{'descr': '{descr}', 'fortran_order': {order}, 'shape': {shape}, }}\n");
+        let length = (text.len() as u16).to_le_bytes();
+        [b"\x93NUMPY\x01\x00", &length[..], text.as_bytes(), data].concat()
+    };
+    room.good(&["profile", "--spheres", "balls.npy", "--rays", "rays.npy", "--hits", "hits.npy"]);
+    let wanted = hits(&room);
+    let by_rows = doubles(&[0., 0., 0., 1., 0., 0., -5., 1.]);
+    let by_columns = doubles(&[0., 0., 0., 0., 0., -5., 1., 1.]);
+    for (order, data) in [("False", &by_rows), ("True", &by_columns)] {
+        room.write("other.npy", array("<f8", "(2, 4)", order, data));
+        let args = ["profile", "--spheres", "other.npy", "--rays", "rays.npy"];
+        room.good(&[&args[..], &["--hits", "hits.npy"]].concat());
+        assert_eq!(hits(&room), wanted);
+    }
+    for (descr, shape, word) in [("<c16", "(1, 4)", "<c16"), ("<f8", "(8,)", "(8,)")] {
+        room.write("other.npy", array(descr, shape, "False", &by_rows));
+        let args = ["profile", "--spheres", "other.npy", "--rays", "rays.npy"];
+        room.bad(&args, 66, &["other.npy", word, "(n, 4)"]);
+    }
 }

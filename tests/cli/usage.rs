@@ -125,6 +125,10 @@ fn parameters_are_set_and_listed() {
         let words: &[&str] = if name == "glos" { &["glos", "gloss"] } else { &[name] };
         room.bad(&["render", "p.rhai", "-o", "b.png", "--set", bad], 2, words);
     }
+    let twice = ["--set", "gloss=0.1", "--set", "n=2", "--set", "gloss=0.2"];
+    for command in [&["render", "p.rhai", "-o", "b.png"][..], &["check", "p.rhai"]] {
+        room.bad(&[command, &twice].concat(), 2, &["--set gloss", "twice", "0.1", "0.2"]);
+    }
     assert_eq!(room.made(), ["a.png"]);
     let json = room.good(&["params", "p.rhai", "--json", "--set", "gloss=0.5"]);
     let rows: serde_json::Value = serde_json::from_str(json.text()).unwrap();
@@ -258,4 +262,78 @@ fn files_come_from_the_scripts_folder_and_those_that_are_named() {
     room.write("m.obj", triangle.replace("1 0 0", "2 0 0"));
     let ran = room.run(&["verify", "a.rhai", "b.png", "--assets", "far/away"]);
     assert_eq!(ran.code, Some(1), "{}", ran.err);
+}
+
+#[test]
+fn help_is_a_command_too() {
+    let room = Room::with(&[]);
+    assert_eq!(room.good(&["help"]).text(), room.good(&["--help"]).text());
+    for command in [&["render"][..], &["profile"], &["farm"], &["farm", "slurm"]] {
+        let help = room.good(&[&["help"], command].concat());
+        assert_eq!(help.text(), room.good(&[command, &["--help"]].concat()).text());
+    }
+    room.bad(&["help", "rendr"], 2, &["rendr"]);
+}
+
+#[test]
+fn a_number_that_cannot_be_names_its_option_and_what_can() {
+    let room = Room::furnished();
+    let render = ["render", "five.rhai", "-o", "a.png"];
+    let farm = ["farm", "slurm", "five.rhai", "-o", "a.png"];
+    let profile = ["profile", "five.rhai"];
+    let cases: &[(&[&str], &str, &[&str], &str)] = &[
+        (&render, "--threads", &["0", "-1", "x", "", "1025"], "1 to 1024"),
+        (&render, "--max-operations", &["0", "-1", "1e9", ""], "from 1 to"),
+        (&render, "--cache-mem", &["-1", "x", ""], "512M"),
+        (&render, "--size", &["0x0", "", "70000x1"], "65535"),
+        (&render, "--shard", &["0/5", "6/5", "1", "-1/5", ""], "2/5"),
+        (&render, "--tile", &["0,1/2x2", "3,1/2x2", "1", "-1,1/2x2", ""], "3,2/8x6"),
+        (&render, "--frames", &["5", "-1", "", "0-4:0"], "--frames"),
+        (&farm, "--chunk", &["0", "-1", "x"], "from 1 to"),
+        (&profile, "--repeat", &["0", "-1", "x"], "from 1 to"),
+        (&profile, "--frame", &["5", "4294967295"], "--frame: there is no frame"),
+        (&profile, "--frame", &["-1", "x", "4294967296"], "from 0"),
+        (&profile, "--threads", &["0", "1,0", "-1"], "1 to 1024"),
+    ];
+    for (command, option, values, allowed) in cases {
+        for value in *values {
+            room.bad(&[*command, &[option, value]].concat(), 2, &[option, allowed]);
+        }
+    }
+    assert!(room.made().is_empty(), "{:?}", room.made());
+}
+
+#[test]
+fn what_is_almost_a_frame_number_is_no_name() {
+    let room = Room::furnished();
+    for out in ["p%4d.png", "p%x.png", "p%%.png", "50%off.png", "%#.png", "%04d/p.png", "##/p.png"]
+    {
+        for script in ["still.rhai", "five.rhai"] {
+            room.bad(&["render", script, "-o", out], 2, &[out, "%04d"]);
+        }
+        room.bad(&["farm", "commands", "five.rhai", "-o", out], 2, &[out, "%04d"]);
+        room.bad(&["verify", "five.rhai", out], 2, &[out, "%04d"]);
+    }
+    assert!(room.made().is_empty(), "{:?}", room.made());
+    room.good(&["render", "still.rhai", "-o", "100%.png"]);
+    room.good(&["render", "five.rhai", "-o", "p%02d.png", "--frames", "3"]);
+    assert_eq!(room.made(), ["100%.png", "p03.png"]);
+}
+
+/// What is printed to be pasted is read by a shell as it is meant.
+#[cfg(unix)]
+#[test]
+fn a_printed_command_can_be_pasted() {
+    for name in ["my scene", "it's $HOME `x` \"q\"", "-o", "a#b", "p%4d", "ä;b&c", "=x"] {
+        let room = Room::with(&[]);
+        let made = room.good(&["new", "--", name]);
+        let command = made.text().lines().last().unwrap().trim();
+        let mut sh = std::process::Command::new("sh");
+        let folder = std::path::Path::new(env!("CARGO_BIN_EXE_reflet")).parent().unwrap();
+        let path = format!("{}:{}", folder.display(), std::env::var("PATH").unwrap_or_default());
+        sh.args(["-c", command]).env("PATH", path).current_dir(room.path("."));
+        let ran = sh.output().unwrap();
+        assert!(ran.status.success(), "{command}: {}", String::from_utf8_lossy(&ran.stderr));
+        assert_eq!(room.names_in(".").len(), 2, "{command}: {:?}", room.names_in("."));
+    }
 }

@@ -96,3 +96,21 @@ fn a_script_that_is_not_there_at_the_start_is_not_waited_for() {
     let room = Room::with(&[]);
     room.bad(&["render", "a.rhai", "-o", "a.png", "--watch"], 66, &["a.rhai"]);
 }
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_is_how_watching_ends_and_no_error() {
+    let room = Room::with(&[("a.rhai", STILL)]);
+    let args = ["render", "a.rhai", "-o", "a.png", "--watch", "--json"];
+    let mut child =
+        room.command(&args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut events = BufReader::new(child.stdout.take().unwrap()).lines();
+    while !events.next().unwrap().unwrap().contains("\"done\"") {}
+    // The line is printed before files are waited for.
+    std::thread::sleep(Duration::from_millis(500));
+    let pid = child.id().to_string();
+    std::process::Command::new("kill").args(["-INT", &pid]).status().unwrap();
+    let ran: crate::room::Ran = child.wait_with_output().unwrap().into();
+    assert_eq!(ran.code, Some(130), "{}", ran.err);
+    assert!(!ran.err.contains("error") && ran.err.ends_with("no longer watching\n"), "{}", ran.err);
+}

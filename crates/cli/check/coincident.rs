@@ -1,9 +1,9 @@
 //! Surfaces that coincide: which of them a ray hits is not promised.
 
 use super::findings::{Findings, Kind};
-use super::flat::{Flats, Piece, PlaneOf};
+use super::flat::{Flats, NEAR, Piece, PlaneOf};
 use super::shapes::{Shapes, placed};
-use reflet_scene::{Key, Mesh, Triangle};
+use reflet_scene::{DVec3, Key, Mesh, Triangle};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -106,11 +106,28 @@ fn touched_by(
         return found;
     }
     let at = placed(mesh);
+    // A body that stands on a plane hides where they meet. By the plane, and the side that a
+    // triangle in it shows, so that vertices are gone through but twice a plane.
+    let mut standing: HashMap<(Key, bool), bool> = HashMap::new();
+    let stands = |[a, b, c]: [DVec3; 3]| {
+        let normal = (b - a).cross(c - a).normalize();
+        let apart = |p: &DVec3| normal.dot(*p - a);
+        let reach = at.iter().fold(0.0, |reach: f64, p| reach.max(p.abs().max_element()));
+        let highest = at.iter().map(apart).fold(0.0, f64::max);
+        let lowest = at.iter().map(apart).fold(0.0, f64::min);
+        highest <= NEAR * reach && lowest < -NEAR * reach
+    };
     for [a, b, c] in &mesh.data.triangles {
         let [a, b, c] = [a, b, c].map(|i| at[*i as usize]);
         let piece = Piece::triangle(Key(u32::MAX), &Triangle { a, b, c });
         let Some(plane) = piece.plane() else { continue };
-        found.extend(planes.get(&plane.key()));
+        if let Some(key) = planes.get(&plane.key()) {
+            let side = (b - a).cross(c - a).to_array().into_iter().find(|x| x.abs() > 0.0);
+            let side = (*key, side.is_some_and(|x| x > 0.0));
+            if !*standing.entry(side).or_insert_with(|| stands([a, b, c])) {
+                found.push(*key);
+            }
+        }
         let near = flats.near(&plane).iter().take(1000);
         found.extend(near.filter(|other| piece.overlaps(other, &plane)).map(|other| other.key));
     }
@@ -122,7 +139,7 @@ fn touched_by(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use reflet_scene::{DVec3, MeshData, Plane, Quad, Scene, Shading, Sphere, Surface};
+    use reflet_scene::{MeshData, Plane, Quad, Scene, Shading, Sphere, Surface};
 
     fn found(build: impl FnOnce(&mut Scene)) -> Vec<String> {
         let mut scene = Scene::new();
@@ -167,10 +184,33 @@ mod tests {
     }
 
     #[test]
+    fn a_body_may_stand_on_a_plane() {
+        let data = Arc::new(MeshData {
+            positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]],
+            triangles: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+            ..MeshData::default()
+        });
+        let mesh = Mesh {
+            data,
+            scale: 2.0,
+            rotate: DVec3::ZERO,
+            translate: DVec3::new(3.0, 1.0, 0.0),
+            shading: Shading::Smooth,
+            worn: [].into(),
+        };
+        let texts = found(|scene| {
+            scene.spawn((floor(1.0), surface()));
+            scene.spawn((mesh, surface()));
+        });
+        assert_eq!(texts, [""; 0]);
+    }
+
+    #[test]
     fn meshes() {
         let data = Arc::new(MeshData {
             positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]],
-            triangles: vec![[0, 1, 2], [0, 1, 3], [2, 0, 1]],
+            // The first, in the plane, faces the body: no underside.
+            triangles: vec![[0, 2, 1], [0, 1, 3], [1, 0, 2]],
             ..MeshData::default()
         });
         let mesh = Mesh {

@@ -11,9 +11,28 @@ pub enum Kind {
     LightOnSurface,
     /// The camera inside a solid, or on a surface.
     Camera,
+    /// A light in a surface that nothing of it leaves.
+    Enclosed,
+    /// A colour that seems to be meant in 0..255.
+    Colour,
+    /// A light or a material that is 0.
+    Dark,
+    /// Nothing to be seen.
+    View,
+    /// Frames that are one picture.
+    Frames,
 }
 
-const KINDS: [Kind; 3] = [Kind::Coincident, Kind::LightOnSurface, Kind::Camera];
+const KINDS: [Kind; 8] = [
+    Kind::Coincident,
+    Kind::LightOnSurface,
+    Kind::Camera,
+    Kind::Enclosed,
+    Kind::Colour,
+    Kind::Dark,
+    Kind::View,
+    Kind::Frames,
+];
 
 /// Warnings of a kind that are kept; of the others only the number is.
 const KEPT: usize = 1000;
@@ -68,6 +87,10 @@ impl Findings {
                     Kind::Coincident => "coincident surfaces",
                     Kind::LightOnSurface => "lights on surfaces",
                     Kind::Camera => "surfaces around the camera",
+                    Kind::Enclosed => "enclosed lights",
+                    Kind::Colour => "colours beyond 1",
+                    Kind::Dark => "lights and materials of 0",
+                    Kind::View | Kind::Frames => "of this kind",
                 };
                 lines.push(format!("and {more} more {what}"));
             }

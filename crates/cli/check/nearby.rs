@@ -3,30 +3,38 @@
 use super::findings::{Findings, Kind};
 use super::flat::NEAR;
 use super::shapes::{Shapes, placed, point};
-use reflet_scene::{Camera, DVec3, Key, PointLight, Scene, Spotlight};
+use reflet_scene::{DVec3, Key, Material, PointLight, Projector, Scene, Spotlight, Surface};
 
 /// Points against surfaces: at most so many are looked at, a second's work.
 const TESTS: usize = 100_000_000;
 
-/// Finds lights on surfaces, and the camera where it hardly can be meant to be.
-///
-/// The inside of a mirrored ball is a legitimate place for a camera: it is a warning, no error.
-pub fn find(scene: &Scene, shapes: &Shapes, name: &dyn Fn(Key) -> String, findings: &mut Findings) {
-    let light = |key| {
-        let at = scene.get::<PointLight>(key).map(|l| ("light", l.at));
-        at.or_else(|| scene.get::<Spotlight>(key).map(|l| ("spotlight", l.at)))
-    };
-    let mut points: Vec<(Kind, String, DVec3)> = scene
-        .keys()
-        .filter_map(light)
-        .map(|(what, at)| (Kind::LightOnSurface, format!("the {what} at {}", point(at)), at))
-        .collect();
-    let eye = scene.singletons.camera.and_then(|key| scene.get::<Camera>(key)).map(|c| match c {
-        Camera::LookAt { eye, .. } | Camera::Parallel { eye, .. } => eye,
-        Camera::Window { viewpoint, .. } => viewpoint,
-    });
-    if let Some(eye) = eye {
-        inside(shapes, eye, name, findings);
+/// The lights that have a place: their keys, what they are, and where.
+pub fn lights(scene: &Scene) -> impl Iterator<Item = (Key, &'static str, DVec3)> + '_ {
+    scene.keys().filter_map(|key| {
+        let point = || scene.get::<PointLight>(key).map(|l| ("light", l.at));
+        let spot = || scene.get::<Spotlight>(key).map(|l| ("spotlight", l.at));
+        let projector = || scene.get::<Projector>(key).map(|l| ("projector", l.at));
+        let (what, at) = point().or_else(spot).or_else(projector)?;
+        Some((key, what, at))
+    })
+}
+
+/// Finds lights on surfaces, and the camera where it hardly can be meant to be. `middles` says where
+/// surfaces are.
+pub fn find(
+    scene: &Scene,
+    shapes: &Shapes,
+    middles: &[(Key, DVec3)],
+    name: &dyn Fn(Key) -> String,
+    findings: &mut Findings,
+) {
+    let light = |(_, what, at)| (Kind::LightOnSurface, format!("the {what} at {}", point(at)), at);
+    let mut points: Vec<(Kind, String, DVec3)> = lights(scene).map(light).collect();
+    if let Some(eye) = super::eye(scene) {
+        for key in solids_around(scene, shapes, middles, eye) {
+            let text = || format!("the camera at {} is inside {}", point(eye), name(key));
+            findings.add(Kind::Camera, text);
+        }
         points.insert(0, (Kind::Camera, format!("the camera at {}", point(eye)), eye));
     }
     let surfaces = shapes.spheres.len() + shapes.planes.len() + shapes.quads.len();
@@ -100,33 +108,48 @@ fn from_piece(at: DVec3, a: DVec3, u: DVec3, v: DVec3, within: impl Fn(f64, f64)
     }
 }
 
-fn inside(shapes: &Shapes, eye: DVec3, name: &dyn Fn(Key) -> String, findings: &mut Findings) {
-    let mut add = |key| {
-        let text = || format!("the camera at {} is inside {}", point(eye), name(key));
-        findings.add(Kind::Camera, text);
+/// The solids that the camera is in and hardly is meant to be in.
+///
+/// A sky, a room or a mirrored ball holds more than the camera: other surfaces, or lights. One that
+/// is alone in the scene is meant if it is seen without light from elsewhere.
+fn solids_around(scene: &Scene, shapes: &Shapes, middles: &[(Key, DVec3)], eye: DVec3) -> Vec<Key> {
+    let planes = shapes.planes.iter().map(|(key, plane)| (*key, plane.point));
+    let others: Vec<(Key, DVec3)> = middles.iter().copied().chain(planes).collect();
+    // Of others at most `most` are looked at.
+    let meant = |key: Key, most: usize, holds: &dyn Fn(DVec3) -> bool| {
+        let mut others = others.iter().filter(|(other, _)| *other != key).take(most).peekable();
+        let alone = others.peek().is_none();
+        let shows = || {
+            let worn = scene.get::<Surface>(key).and_then(|surface| surface.material);
+            let plain = worn.map_or(Some(Material::default()), |key| scene.get::<Material>(key));
+            plain.is_none_or(|m| m.ambient != DVec3::ZERO || m.specular != DVec3::ZERO)
+        };
+        lights(scene).any(|(.., at)| holds(at))
+            || others.any(|(_, middle)| holds(*middle))
+            || alone && shows()
     };
+    let mut found = Vec::new();
     for (key, s) in &shapes.spheres {
-        if (eye - s.center).length() < s.radius * (1.0 - NEAR) {
-            add(*key);
+        let holds = |at: DVec3| (at - s.center).length() < s.radius * (1.0 - NEAR);
+        if holds(eye) && !meant(*key, TESTS, &holds) {
+            found.push(*key);
         }
     }
     for (key, mesh) in &shapes.meshes {
-        let at = placed(mesh);
-        let turns: f64 = mesh
-            .data
-            .triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|i| at[i as usize] - eye);
-                solid_angle(a, b, c)
-            })
-            .sum();
+        let placed = placed(mesh);
         // A closed mesh surrounds a point with 4 pi or with nothing; half says it for one that has
         // a hole, too.
-        if turns.abs() > 2.0 * std::f64::consts::PI {
-            add(*key);
+        let holds = |at: DVec3| {
+            let corners = mesh.data.triangles.iter().map(|t| t.map(|i| placed[i as usize] - at));
+            let turns: f64 = corners.map(|[a, b, c]| solid_angle(a, b, c)).sum();
+            turns.abs() > 2.0 * std::f64::consts::PI
+        };
+        let most = TESTS / mesh.data.triangles.len().max(1);
+        if holds(eye) && !meant(*key, most, &holds) {
+            found.push(*key);
         }
     }
+    found
 }
 
 /// The solid angle, with sign, that a triangle takes seen from the origin (van Oosterom and
@@ -140,7 +163,7 @@ fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use reflet_scene::{Falloff, Mesh, MeshData, Plane, Quad, Shading, Sphere, Surface, Triangle};
+    use reflet_scene::{Camera, Falloff, Mesh, MeshData, Plane, Quad, Shading, Sphere, Triangle};
     use std::sync::Arc;
 
     fn surface() -> Surface {
@@ -160,7 +183,9 @@ mod tests {
         let camera = Camera::LookAt { eye, look_at: DVec3::ONE, up: DVec3::Y, fov_degrees: 45.0 };
         scene.singletons.camera = Some(scene.spawn((camera,)));
         let mut findings = Findings::default();
-        find(&scene, &Shapes::of(&scene), &|key| format!("#{}", key.0), &mut findings);
+        let packer = reflet_pack::Packer::new(&scene, Default::default()).unwrap();
+        let middles: Vec<_> = super::super::sight::middles(packer.columns()).collect();
+        find(&scene, &Shapes::of(&scene), &middles, &|key| format!("#{}", key.0), &mut findings);
         findings.texts()
     }
 

@@ -1,32 +1,83 @@
 //! An Open Job Description template (2023-09, with the extension TASK_CHUNKING).
 
-use super::{FarmJob, Work, text};
+use super::{CHUNK, FarmJob, Work};
 use crate::exit::{Exit, Failure};
 use reflet_frame::resume::ranges;
 use serde_json::{Value, json};
 use std::path::Path;
 
+/// The most characters that a parameter's default may have.
+const MOST_TEXT: usize = 1024;
+/// The most characters of a job's name, without extensions.
+const MOST_NAME: usize = 128;
+
+/// The parameters of a template.
+#[derive(Default)]
+struct Parameters {
+    definitions: Vec<Value>,
+    literals: usize,
+}
+
+impl Parameters {
+    /// Text as a format string gives it back. There, `{{` begins an expression and cannot be
+    /// escaped; the value of a parameter is no format string.
+    fn literal(&mut self, text: &str) -> String {
+        if !text.contains(['{', '}']) {
+            return text.to_owned();
+        }
+        self.literals += 1;
+        let name = format!("Text{}", self.literals);
+        let expression = format!("{{{{Param.{name}}}}}");
+        self.definitions.push(json!({ "name": name, "type": "STRING", "default": text }));
+        expression
+    }
+
+    /// A folder, as an expression that begins paths in it. A path that begins at the root is no
+    /// default of a template's, so it stays what it is.
+    fn folder(&mut self, name: &str, path: &str, flow: &str) -> String {
+        self.definitions.push(if Path::new(path).is_absolute() {
+            json!({ "name": name, "type": "STRING", "default": path })
+        } else {
+            json!({
+                "name": name, "type": "PATH", "objectType": "DIRECTORY", "dataFlow": flow,
+                "default": path
+            })
+        });
+        format!("{{{{Param.{name}}}}}")
+    }
+
+    /// A file, as an expression; its folder is a parameter of this name.
+    fn file(&mut self, name: &str, path: &str, flow: &str) -> String {
+        let (folder, file) = folder_and_name(path);
+        let folder = self.folder(name, &folder, flow);
+        format!("{folder}/{}", self.literal(&file))
+    }
+}
+
 /// The template, as JSON.
 ///
 /// # Errors
-/// Never for what a command line can say.
+/// Names or frames that a template has no room for.
 pub fn template(job: &FarmJob) -> Result<String, Failure> {
-    let name = job.script.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let (scene_folder, scene) = folder_and_name(&job.script);
-    let (out_folder, out) = folder_and_name(&job.output);
-    let output = format!("{{{{Param.OutputFolder}}}}/{out}");
-    let mut render: Vec<String> =
-        vec!["render".into(), format!("{{{{Param.SceneFolder}}}}/{scene}"), "-o".into()];
-    let mut parameters = vec![
-        folder("SceneFolder", &scene_folder, "IN"),
-        folder("OutputFolder", &out_folder, "OUT"),
-        json!({ "name": "Reflet", "type": "STRING", "default": "reflet" }),
-    ];
+    let name = Path::new(&job.script).file_stem().map(|stem| stem.to_string_lossy());
+    // A job's name is a format string, too.
+    let name: String = name
+        .unwrap_or_default()
+        .chars()
+        .map(|c| if matches!(c, '{' | '}') { '_' } else { c })
+        .take(MOST_NAME)
+        .collect();
+    let mut parameters = Parameters::default();
+    let scene = parameters.file("SceneFolder", &job.script, "IN");
+    let output = parameters.file("OutputFolder", &job.output, "OUT");
+    let mut render: Vec<String> = vec!["render".into(), scene, "-o".into()];
+    let reflet = json!({ "name": "Reflet", "type": "STRING", "default": "reflet" });
+    parameters.definitions.push(reflet);
     let mut extensions: Vec<&str> = Vec::new();
     let (space, end) = match &job.work {
         Work::Frames { frames, chunk, film } => {
             extensions.push("TASK_CHUNKING");
-            parameters.push(json!({
+            parameters.definitions.push(json!({
                 "name": "Frames", "type": "STRING", "default": ranges(frames)
             }));
             render.push(output.clone());
@@ -35,16 +86,16 @@ pub fn template(job: &FarmJob) -> Result<String, Failure> {
                 "name": "Frame",
                 "type": "CHUNK[INT]",
                 "range": "{{Param.Frames}}",
-                "chunks": { "defaultTaskCount": chunk, "rangeConstraint": "NONCONTIGUOUS" },
+                "chunks": {
+                    "defaultTaskCount": chunk.unwrap_or(CHUNK), "rangeConstraint": "NONCONTIGUOUS"
+                },
             }] });
             let end = film.as_ref().map(|film| {
-                let (folder_of_film, film) = folder_and_name(film);
-                parameters.push(folder("FilmFolder", &folder_of_film, "OUT"));
                 let words = vec![
                     "film".into(),
                     output.clone(),
                     "-o".into(),
-                    format!("{{{{Param.FilmFolder}}}}/{film}"),
+                    parameters.file("FilmFolder", film, "OUT"),
                     "--fps".into(),
                     job.fps.to_string(),
                     "--frames".into(),
@@ -78,10 +129,9 @@ pub fn template(job: &FarmJob) -> Result<String, Failure> {
     // Tasks run in a folder of their own, so these are paths that the engine maps.
     for (index, assets) in job.assets.iter().enumerate() {
         let name = format!("Assets{}", index + 1);
-        parameters.push(folder(&name, &text(assets), "IN"));
-        render.extend(["--assets".into(), format!("{{{{Param.{name}}}}}")]);
+        render.extend(["--assets".into(), parameters.folder(&name, assets, "IN")]);
     }
-    render.extend(job.more.iter().cloned());
+    render.extend(job.more.iter().map(|word| parameters.literal(word)));
     render.extend(["--resume".into(), "--openjd".into()]);
     let mut steps = vec![json!({
         "name": "Render",
@@ -95,10 +145,11 @@ pub fn template(job: &FarmJob) -> Result<String, Failure> {
             "script": script(&words),
         }));
     }
+    fits(&parameters)?;
     let mut template = json!({
         "specificationVersion": "jobtemplate-2023-09",
-        "name": name.unwrap_or_else(|| "reflet".into()),
-        "parameterDefinitions": parameters,
+        "name": name,
+        "parameterDefinitions": parameters.definitions,
         "steps": steps,
     });
     if !extensions.is_empty() {
@@ -118,19 +169,25 @@ fn script(words: &[String]) -> Value {
     } } })
 }
 
-/// A parameter that is a folder. A path that begins at the root is no default of a template's, so
-/// it stays what it is.
-fn folder(name: &str, path: &str, flow: &str) -> Value {
-    if Path::new(path).is_absolute() {
-        return json!({ "name": name, "type": "STRING", "default": path });
+/// Holds the parameters against what a template may have.
+fn fits(parameters: &Parameters) -> Result<(), Failure> {
+    for definition in &parameters.definitions {
+        let text = definition["default"].as_str().unwrap_or_default();
+        if text.chars().count() > MOST_TEXT {
+            let begin: String = text.chars().take(40).collect();
+            return Err(Failure::usage(format!(
+                "a parameter of an Open Job Description template holds at most {MOST_TEXT} \
+                 characters, too few for `{begin}...`: take shorter names, or --frames in fewer \
+                 ranges"
+            )));
+        }
     }
-    json!({
-        "name": name, "type": "PATH", "objectType": "DIRECTORY", "dataFlow": flow, "default": path
-    })
+    Ok(())
 }
 
-fn folder_and_name(path: &Path) -> (String, String) {
-    let folder = path.parent().map(text).filter(|folder| !folder.is_empty());
+fn folder_and_name(path: &str) -> (String, String) {
+    let path = Path::new(path);
+    let folder = path.parent().map(|p| p.to_string_lossy()).filter(|folder| !folder.is_empty());
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
-    (folder.unwrap_or_else(|| ".".into()), name.unwrap_or_default())
+    (folder.map_or_else(|| ".".into(), Into::into), name.unwrap_or_default())
 }

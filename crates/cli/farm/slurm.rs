@@ -1,40 +1,69 @@
 //! A script that submits a Slurm array job, and one that depends on it.
 
-use super::{FarmJob, Work, line, text};
+use super::{CHUNK, FarmJob, Work, line, quoted};
 use reflet_frame::resume::ranges;
+use std::path::Path;
+
+/// The most tasks of an array as Slurm is set up by itself: `MaxArraySize` is 1001, and indices are
+/// below it.
+const MOST_TASKS: usize = 1000;
+
+/// How many tasks there are.
+#[derive(Clone, Copy)]
+pub struct Array(usize);
+
+impl Array {
+    /// The tasks of some work: at most [`MOST_TASKS`], unless their size was asked for.
+    pub fn of(work: &Work) -> Array {
+        match work {
+            Work::Frames { frames, chunk, .. } => {
+                let grown = || CHUNK.max(frames.len().div_ceil(MOST_TASKS));
+                Array(frames.len().div_ceil(chunk.unwrap_or_else(grown)))
+            }
+            Work::Tiles { tiles, .. } => Array(tiles.columns as usize * tiles.rows as usize),
+        }
+    }
+
+    /// What to tell if Slurm may refuse the array.
+    pub fn warning(self) -> Option<String> {
+        let Array(tasks) = self;
+        (tasks > MOST_TASKS).then(|| {
+            format!(
+                "the array has {tasks} tasks; sbatch refuses it where slurm.conf leaves \
+                 MaxArraySize at 1001, which allows {MOST_TASKS}: take a greater --chunk, or fewer \
+                 --tiles"
+            )
+        })
+    }
+}
 
 /// The script. Its own arguments go to `sbatch`.
-pub fn script(job: &FarmJob) -> String {
-    let name = job.script.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let name: String = name
+pub fn script(job: &FarmJob, Array(tasks): Array) -> String {
+    // A name in a comment of sbatch's: no quotes are read there.
+    let name: String = Path::new(&job.script)
+        .file_stem()
+        .map(|stem| stem.to_string_lossy().into_owned())
         .unwrap_or_default()
         .chars()
         .map(|c| if c.is_ascii_alphanumeric() || c == '-' || c == '_' { c } else { '-' })
         .collect();
-    let (tasks, command) = match &job.work {
-        Work::Frames { frames, chunk, .. } => {
-            let tasks = frames.len().div_ceil(*chunk);
-            let mut words = job.render(&text(&job.output));
-            words.extend(["--frames".into(), ranges(frames)]);
-            (tasks, format!("{} --shard \"$SLURM_ARRAY_TASK_ID/{tasks}\"", line(&words)))
+    let (scene, options) = (line(&job.scene()), line(&job.options()));
+    let (place, command) = match &job.work {
+        Work::Frames { frames, .. } => {
+            let (output, frames) = (quoted(&job.output), ranges(frames));
+            let shard = format!("--shard \"$SLURM_ARRAY_TASK_ID/{tasks}\"");
+            (String::new(), format!("{scene} {output} {options} --frames {frames} {shard}"))
         }
         Work::Tiles { tiles, frame } => {
             let (columns, rows) = (tiles.columns, tiles.rows);
-            let mut words = job.render("PART");
-            words.extend(["--frames".into(), frame.to_string()]);
-            let part = format!("{}/\"$column-$row.exr\"", super::quoted(&job.parts()));
-            let command = line(&words).replacen("-o PART", &format!("-o {part}"), 1);
+            let part = format!("{}/\"$column-$row.exr\"", quoted(job.parts()));
             let place = format!(
                 "column=$(( (SLURM_ARRAY_TASK_ID - 1) % {columns} + 1 ))\n\
                  row=$(( (SLURM_ARRAY_TASK_ID - 1) / {columns} + 1 ))\n"
             );
             let tile = format!("--tile \"$column,$row/{columns}x{rows}\"");
-            ((columns * rows) as usize, format!("{place}@{command} {tile}"))
+            (place, format!("{scene} {part} {options} --frames {frame} {tile}"))
         }
-    };
-    let (place, command) = match command.split_once('@') {
-        Some((place, command)) if place.starts_with("column=") => (place, command),
-        _ => ("", command.as_str()),
     };
     let mut script = format!(
         "#!/bin/sh\n\

@@ -74,8 +74,10 @@ pub fn rays(
         for i in 0..rays.len() {
             let at = |columns: &[Vec<f32>; 3]| [columns[0][i], columns[1][i], columns[2][i]];
             let (o, d) = (at(&rays.origin), at(&rays.dir));
-            let t_min = start(geometry, (o, d, rays.t_min[i]), rays.last[i]);
-            rows.push([o[0], o[1], o[2], t_min, d[0], d[1], d[2], rays.t_max[i]]);
+            // A root beyond the ray's end is none.
+            let t_max = rays.t_max[i];
+            let t_min = start(geometry, (o, d, rays.t_min[i]), rays.last[i]).min(t_max);
+            rows.push([o[0], o[1], o[2], t_min, d[0], d[1], d[2], t_max]);
         }
     }
     npy::write_rows(&dir.join(format!("{name}.{kind}.rays.npy")), &rows)?;

@@ -1,6 +1,7 @@
 //! Figures with their repeats: kept in a file, and held against those of an earlier run.
 
 use crate::exit::{Exit, Failure};
+use reflet_accel::Quality;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::path::Path;
@@ -19,6 +20,99 @@ pub struct Figure {
     pub cpu_ns: Vec<u64>,
     /// Before each of them, the time of the same reference work: how quick the machine was.
     pub reference_ns: Vec<u64>,
+}
+
+/// What a run measured, and where: only what is alike in this can be compared.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct About {
+    /// The program's version. Others are compared, for that is what one wants to know.
+    pub version: String,
+    /// The processor's name.
+    pub cpu: String,
+    /// A frame of a scene, or rays from files.
+    pub subject: String,
+    /// A hash of all that was read: the packed frame, or the arrays.
+    pub inputs: String,
+    /// How good a tree was built.
+    pub quality: String,
+}
+
+impl About {
+    /// What this program measures on this machine.
+    pub fn new(subject: &str, inputs: String, quality: Quality) -> About {
+        About {
+            version: env!("CARGO_PKG_VERSION").into(),
+            cpu: processor(),
+            subject: subject.into(),
+            inputs,
+            quality: format!("{quality:?}").to_lowercase(),
+        }
+    }
+
+    /// What differs from what was `before` and makes figures incomparable.
+    fn unlike(&self, before: &About) -> Vec<String> {
+        let pairs = [
+            ("CPU", &self.cpu, &before.cpu),
+            ("what is measured", &self.subject, &before.subject),
+            ("inputs (their hash)", &self.inputs, &before.inputs),
+            ("--quality", &self.quality, &before.quality),
+        ];
+        let differ = pairs.into_iter().filter(|(_, now, before)| now != before);
+        differ.map(|(name, now, before)| format!("{name}: {before} before, {now} now")).collect()
+    }
+}
+
+/// The processor's name as the system tells it; its architecture where it does not.
+fn processor() -> String {
+    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let value = |key: &str| {
+        let mut lines = told.lines().filter_map(|line| line.split_once(':'));
+        lines.find(|(name, _)| name.trim() == key).map(|(_, value)| value.trim().to_owned())
+    };
+    let name = ["model name", "Model", "CPU part"].into_iter().find_map(value);
+    name.unwrap_or_else(|| std::env::consts::ARCH.into())
+}
+
+/// What `--save` keeps.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct Record {
+    /// Of what.
+    pub about: About,
+    /// The figures.
+    pub figures: Vec<Figure>,
+}
+
+impl Record {
+    /// Holds what is about to be measured against what this holds.
+    ///
+    /// # Errors
+    /// They are not alike; the message names what differs.
+    pub fn fits(&self, path: &Path, about: &About, ways: &[(&str, usize)]) -> Result<(), Failure> {
+        let mut unlike = about.unlike(&self.about);
+        let measured = |f: &Figure| ways.contains(&(f.isa.as_str(), f.threads));
+        if !self.figures.iter().any(measured) {
+            let name = |isa: &str, threads: usize| format!("{isa} on {threads}");
+            let mut before: Vec<_> = self.figures.iter().map(|f| name(&f.isa, f.threads)).collect();
+            before.dedup();
+            let now: Vec<_> = ways.iter().map(|(isa, threads)| name(isa, *threads)).collect();
+            unlike.push(format!(
+                "--isa and --threads: {} before, {} now",
+                before.join(", "),
+                now.join(", ")
+            ));
+        }
+        if unlike.is_empty() {
+            return Ok(());
+        }
+        Err(Failure::new(
+            Exit::Input,
+            format!(
+                "--against {}: only like is compared with like, and these differ:\n  {}",
+                path.display(),
+                unlike.join("\n  ")
+            ),
+        ))
+    }
 }
 
 /// Two measurements of one thing.
@@ -154,22 +248,22 @@ pub fn table(comparisons: &[Comparison]) -> String {
     text
 }
 
-/// Reads the figures of an earlier run.
+/// Reads what an earlier run kept.
 ///
 /// # Errors
 /// An input's.
-pub fn read(path: &Path) -> Result<Vec<Figure>, Failure> {
+pub fn read(path: &Path) -> Result<Record, Failure> {
     let fault = |what: String| Failure::new(Exit::Input, format!("{}: {what}", path.display()));
     let text = std::fs::read(path).map_err(|e| fault(e.to_string()))?;
     serde_json::from_slice(&text).map_err(|e| fault(format!("no figures of --save: {e}")))
 }
 
-/// Writes figures.
+/// Writes figures and what they are of.
 ///
 /// # Errors
 /// An output's.
-pub fn write(path: &Path, figures: &[Figure]) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(figures).expect("numbers and names") + "\n";
+pub fn write(path: &Path, record: &Record) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(record).expect("numbers and names") + "\n";
     super::put(path, text.as_bytes())
 }
 

@@ -38,7 +38,7 @@ use crate::console::{Console, print};
 use crate::exit::{Exit, Failure};
 use crate::meant::{Script, Tell};
 use cast::Question;
-use figures::{Comparison, Figure};
+use figures::{About, Comparison, Figure, Record};
 use inputs::Primitives;
 use reflet_accel::{Accel, Isa, Quality, Rays, Structure};
 use reflet_film::SafeFile;
@@ -100,7 +100,7 @@ pub struct Profile {
 /// Inputs that cannot be read, an output that cannot be written, levels that this machine lacks.
 pub fn run(profile: &Profile) -> Result<(), Failure> {
     let before = profile.against.as_deref().map(figures::read).transpose()?;
-    let mut book = Book { before, now: Vec::new() };
+    let mut book = Book { before, about: None, now: Vec::new() };
     match &profile.subject {
         Subject::Files { primitives, rays, question, hits } => {
             files(profile, primitives, rays, *question, hits.as_ref(), &mut book)?;
@@ -110,21 +110,39 @@ pub fn run(profile: &Profile) -> Result<(), Failure> {
         }
     }
     if let (Some(before), Tell::People) = (&book.before, profile.tell) {
-        print(figures::table(&figures::compare(&book.now, before)))?;
+        print(figures::table(&figures::compare(&book.now, &before.figures)))?;
     }
-    profile.save.as_deref().map_or(Ok(()), |path| figures::write(path, &book.now))
+    match (&profile.save, book.about) {
+        (Some(path), Some(about)) => figures::write(path, &Record { about, figures: book.now }),
+        _ => Ok(()),
+    }
 }
 
 /// Figures of now, and of an earlier run.
 struct Book {
-    before: Option<Vec<Figure>>,
+    before: Option<Record>,
+    about: Option<About>,
     now: Vec<Figure>,
 }
 
 impl Book {
+    /// Holds what is about to be measured against what was, before anything is.
+    fn open(&mut self, profile: &Profile, about: About) -> Result<(), Failure> {
+        if let (Some(before), Some(path)) = (&self.before, &profile.against) {
+            let levels = profile.isas.iter().map(|isa| isa.resolved().name());
+            let ways: Vec<_> = levels
+                .flat_map(|isa| profile.threads.iter().map(move |threads| (isa, *threads)))
+                .collect();
+            before.fits(path, &about, &ways)?;
+        }
+        self.about = Some(about);
+        Ok(())
+    }
+
     /// Takes figures, and holds them against those of before, if there are any.
     fn enter(&mut self, figures: Vec<Figure>) -> Option<Vec<Comparison>> {
-        let compared = self.before.as_ref().map(|before| figures::compare(&figures, before));
+        let before = self.before.as_ref();
+        let compared = before.map(|before| figures::compare(&figures, &before.figures));
         self.now.extend(figures);
         compared
     }
@@ -146,6 +164,8 @@ fn scene(
     book: &mut Book,
 ) -> Result<(), Failure> {
     let frame = scene::load(script, frame, profile.quality)?;
+    let about = About::new("a frame of a scene", frame.name(), profile.quality);
+    book.open(profile, about)?;
     if let (Some(isa), Some(threads)) = (profile.isas.first(), profile.threads.first()) {
         let name = script.path.file_stem().unwrap_or_default().to_string_lossy();
         let text = frame.write(outputs, &name, *isa, *threads)?;
@@ -179,10 +199,17 @@ fn files(
     hits: Option<&PathBuf>,
     book: &mut Book,
 ) -> Result<(), Failure> {
-    let geometry = primitives.read()?;
+    let mut digest = inputs::Digest::default();
+    let geometry = primitives.read(&mut digest)?;
     let most = profile.threads.iter().max().copied().unwrap_or(1);
     // Alone, a thread takes all rays as one stream; several share out parts.
-    let streams = inputs::rays(rays, if most == 1 { 1 } else { 8 * most })?;
+    let parts = if most == 1 { 1 } else { 8 * most };
+    let streams = inputs::rays(rays, parts, &mut digest)?;
+    let subject = match question {
+        Question::Closest => "rays from a file",
+        Question::Any => "rays from a file, --any",
+    };
+    book.open(profile, About::new(subject, digest.name(), profile.quality))?;
     if profile.tell == Tell::People {
         print(report::FILES_HEAD)?;
     }

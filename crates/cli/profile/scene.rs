@@ -5,7 +5,7 @@
 //! beside its rays is the difference.
 
 use crate::exit::{Exit, Failure};
-use crate::frames::FrameRanges;
+use crate::frames::outside_of;
 use crate::meant::Script;
 use crate::profile::cast::{self, Question};
 use crate::profile::counted::{self, Spread};
@@ -17,7 +17,7 @@ use crate::profile::{Outputs, dump, encode, heatmap, reuse};
 use cpu_time::ThreadTime;
 use rayon::prelude::*;
 use reflet_accel::{Accel, Isa, Quality, Rays, Structure, Work};
-use reflet_pack::{Changes, Columns, Overrides, Packer};
+use reflet_pack::{Changes, Columns, Overrides, Packer, SceneHasher};
 use reflet_trace::BatchColours;
 use std::time::{Duration, Instant};
 
@@ -98,8 +98,9 @@ pub fn load(script: &Script, frame: u32, quality: Quality) -> Result<Frame, Fail
     let mut stage = script.load()?;
     lap("script");
     let count = stage.with_scene(|scene| scene.animation().frames);
-    let asked: FrameRanges = frame.to_string().parse().map_err(Failure::usage)?;
-    asked.within(count).map_err(Failure::usage)?;
+    if frame >= count {
+        return Err(Failure::usage(format!("--frame: {}", outside_of(frame, count))));
+    }
     let packer = stage.with_scene(|scene| Packer::new(scene, Overrides::default()));
     let mut packer = packer.map_err(|e| Failure::new(Exit::Script, e.to_string()))?;
     lap("pack");
@@ -127,6 +128,11 @@ impl Frame {
     /// How many primitives there are.
     pub fn primitives(&self) -> usize {
         self.columns.geometry.prims() as usize
+    }
+
+    /// A hash of all that decides the frame's picture.
+    pub fn name(&self) -> String {
+        SceneHasher::of(&self.columns).to_string()
     }
 
     fn accel(&self, isa: Isa) -> Result<Accel, Failure> {

@@ -59,6 +59,7 @@ mod png;
 mod qoi;
 mod safe;
 mod seal;
+mod slots;
 mod still;
 mod target;
 mod transfer;

@@ -2,6 +2,7 @@
 
 use crate::format::{Format, UnknownFormat};
 use crate::safe::{Folders, SafeFile};
+use crate::slots::{MOST_DIGITS, SlotError, slots};
 use std::ffi::OsStr;
 use std::fmt;
 use std::fs;
@@ -61,6 +62,25 @@ pub enum TargetError {
         /// The path as given.
         out: PathBuf,
     },
+    /// Something that is almost a frame number, such as `%4d`.
+    AlmostNumber {
+        /// The path as given.
+        out: PathBuf,
+        /// What is almost one.
+        almost: String,
+    },
+    /// A frame number with too many digits.
+    TooManyDigits {
+        /// The path as given.
+        out: PathBuf,
+    },
+    /// The frame number stands in the name of a folder that is not there.
+    NumberInFolder {
+        /// The path as given.
+        out: PathBuf,
+        /// The folder.
+        folder: PathBuf,
+    },
     /// A frame number in the name of a film, which holds all frames.
     NumberInFilm {
         /// The path as given.
@@ -98,6 +118,25 @@ impl fmt::Display for TargetError {
                 "the output {} has two places for the frame number: keep one run of # or one %04d",
                 out.display()
             ),
+            Self::AlmostNumber { out, almost } => write!(
+                f,
+                "the output {}: `{almost}` is no frame number; write %04d or ####. A % that is only \
+                 a part of the name stands before no letter, digit, % or #",
+                out.display()
+            ),
+            Self::TooManyDigits { out } => write!(
+                f,
+                "the output {} asks for a frame number of more than {MOST_DIGITS} digits; write \
+                 #### or %04d",
+                out.display()
+            ),
+            Self::NumberInFolder { out, folder } => write!(
+                f,
+                "the output {} has a frame number in the name of a folder; only the last part takes \
+                 one, as in frame-%04d.png. If the folder is called {}, make it first",
+                out.display(),
+                folder.display()
+            ),
             Self::NumberInFilm { out, format } => write!(
                 f,
                 "the output {} has a frame number, but {format} holds all frames in one file: \
@@ -117,49 +156,14 @@ impl std::error::Error for TargetError {
     }
 }
 
-/// A place for the frame number: the bytes of the name that it takes, and its least digits.
-struct Slot {
-    start: usize,
-    end: usize,
-    digits: usize,
-}
-
-/// The most digits that a name may ask for.
-const MOST_DIGITS: usize = 100;
-
-/// The runs of `#` and the `%d`, `%04d` in a file name.
-fn slots(name: &str) -> Vec<Slot> {
-    let bytes = name.as_bytes();
-    let mut slots = Vec::new();
-    let mut at = 0;
-    while at < bytes.len() {
-        let start = at;
-        match bytes[at] {
-            b'#' => {
-                while bytes.get(at) == Some(&b'#') {
-                    at += 1;
-                }
-                slots.push(Slot { start, end: at, digits: at - start });
-            }
-            b'%' => {
-                at += 1;
-                let digits: String = name[at..].chars().take_while(char::is_ascii_digit).collect();
-                // `%4d` would pad with spaces, so only `%d` and `%0Nd` count.
-                let width = match digits.as_str() {
-                    "" => Some(1),
-                    padded if padded.starts_with('0') => padded.parse().ok(),
-                    _ => None,
-                };
-                let end = at + digits.len();
-                if let (Some(width @ 0..=MOST_DIGITS), Some(b'd')) = (width, bytes.get(end)) {
-                    at = end + 1;
-                    slots.push(Slot { start, end: at, digits: width });
-                }
-            }
-            _ => at += 1,
-        }
-    }
-    slots
+/// The first folder of `out` that looks as if it held the frame number and is not there.
+fn numbered_folder(out: &Path) -> Option<&Path> {
+    let folders: Vec<&Path> = out.ancestors().skip(1).collect();
+    folders.into_iter().rev().find(|folder| {
+        let name = folder.file_name().and_then(OsStr::to_str);
+        let numbered = name.is_some_and(|name| slots(name).map_or(true, |s| !s.is_empty()));
+        numbered && !folder.is_dir()
+    })
 }
 
 /// True if `path` exists and takes bytes as they come, like `/dev/full` or a pipe.
@@ -207,7 +211,14 @@ impl Target {
                 return Err(TargetError::NoEnding { out: path.to_owned() });
             }
         };
-        let slots = slots(name);
+        let slots = slots(name).map_err(|error| match error {
+            SlotError::Almost(almost) => TargetError::AlmostNumber { out: path.to_owned(), almost },
+            SlotError::TooManyDigits => TargetError::TooManyDigits { out: path.to_owned() },
+        })?;
+        if let (true, Some(folder)) = (slots.is_empty(), numbered_folder(path)) {
+            let (out, folder) = (path.to_owned(), folder.to_owned());
+            return Err(TargetError::NumberInFolder { out, folder });
+        }
         let (before, after, digits) = match slots.as_slice() {
             [] if format.is_film() || frames <= 1 || is_device(path) => {
                 return Ok(Self { format, place: Place::One(path.to_owned()) });
@@ -321,8 +332,10 @@ mod tests {
             ("f#.png", None, 1, Format::Png, "f7.png"),
             ("f%04d.png", None, 9, Format::Png, "f0007.png"),
             ("f%d.jpg", None, 9, Format::Jpeg, "f7.jpg"),
-            ("f%4d.png", None, 9, Format::Png, "f%4d-0007.png"),
+            ("f%0d.png", None, 9, Format::Png, "f7.png"),
             ("100%.png", None, 1, Format::Png, "100%.png"),
+            ("50%-dark.png", None, 9, Format::Png, "50%-dark-0007.png"),
+            ("10% or %02d.png", None, 9, Format::Png, "10% or 07.png"),
             ("f.####", Some("png"), 9, Format::Png, "f.0007"),
             ("a.png", Some("png16"), 1, Format::Png16, "a.png"),
             ("a", Some(".QOI"), 9, Format::Qoi, "a-0007"),
@@ -377,6 +390,19 @@ mod tests {
                  one %04d",
             ),
             (
+                "f%4d.png",
+                None,
+                "the output f%4d.png: `%4d` is no frame number; write %04d or ####. A % that is \
+                 only a part of the name stands before no letter, digit, % or #",
+            ),
+            (
+                "no-%04d/f.png",
+                None,
+                "the output no-%04d/f.png has a frame number in the name of a folder; only the last \
+                 part takes one, as in frame-%04d.png. If the folder is called no-%04d, make it \
+                 first",
+            ),
+            (
                 "f-####.gif",
                 None,
                 "the output f-####.gif has a frame number, but gif holds all frames in one file: \
@@ -386,6 +412,51 @@ mod tests {
         for (out, format, message) in cases {
             assert_eq!(parse(out, format, 9).unwrap_err().to_string(), message);
         }
+    }
+
+    #[test]
+    fn what_is_almost_a_number_is_no_name() {
+        for (name, almost) in [
+            ("%x.png", "%x"),
+            ("f-%i.png", "%i"),
+            ("%5d.png", "%5d"),
+            ("%s", "%s"),
+            ("50%off.png", "%o"),
+            ("a%%b.png", "%%"),
+            ("%####.png", "%#"),
+            ("##-%4d.png", "%4d"),
+            ("%-4d.png", "%-4d"),
+            ("%+d.png", "%+d"),
+            ("% 4d.png", "% 4d"),
+            ("%.4d.png", "%.4d"),
+            ("%04i.png", "%04i"),
+            ("%04dx%3d.png", "%3d"),
+        ] {
+            for frames in [1, 9] {
+                match parse(name, Some("png"), frames) {
+                    Err(TargetError::AlmostNumber { almost: found, .. }) => {
+                        assert_eq!(found, almost, "{name}");
+                    }
+                    other => panic!("{name}: {other:?}"),
+                }
+            }
+        }
+        let long = "#".repeat(MOST_DIGITS + 1);
+        for name in [&long, "%0101d", "%099999999999999999999d"] {
+            let found = parse(name, Some("png"), 9);
+            assert!(matches!(found, Err(TargetError::TooManyDigits { .. })), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn folders_that_are_there_may_have_any_name() {
+        let dir = tempfile::tempdir().unwrap();
+        let folder = dir.path().join("c%04d#");
+        let out = folder.join("f.png");
+        let parse = || Target::parse(out.as_os_str(), None, 9);
+        assert!(matches!(parse(), Err(TargetError::NumberInFolder { .. })));
+        fs::create_dir(&folder).unwrap();
+        assert_eq!(parse().unwrap().path_for(7), folder.join("f-0007.png"));
     }
 
     #[cfg(unix)]
