@@ -2,7 +2,7 @@
 
 use crate::state::Shared;
 use crate::{
-    guard, handle, helpers, maths, params, placed, random, state, symbolic, time, trouble, vec3,
+    guard, handle, helpers, maths, operators, params, placed, random, state, symbolic, time, trouble, vec3,
     wardrobe,
 };
 use rhai::packages::{
@@ -132,7 +132,8 @@ pub(crate) fn build(state: &Shared, meter: &Arc<Meter>, max: u64, print: Printer
     wardrobe::register(&mut engine, state);
     state::register(&mut engine, state);
     placed::register(&mut engine, state);
-    maths::register(&mut engine);
+    operators::register(&mut engine);
+    maths::register(&mut engine, state);
     helpers::register(&mut engine);
     symbolic::register(&mut engine);
     random::register(&mut engine, state);
@@ -166,5 +167,5 @@ pub(crate) fn known(place: Position) -> Option<Position> {
 
 /// Compiles a script.
 pub(crate) fn compile(engine: &Engine, text: &str) -> Result<AST, rhai::ParseError> {
-    engine.compile_with_scope(&scope(), text)
+    engine.compile_with_scope(&scope(), crate::source::for_rhai(text))
 }

@@ -23,7 +23,8 @@
 //!
 //! | room | holds |
 //! | --- | --- |
-//! | `stage` | a script that has run once, and its frames |
+//! | `source` | from bytes to text |
+| `stage` | a script that has run once, and its frames |
 //! | `own_thread` | the thread it runs on, and the watch over its memory |
 //! | `engine`, `guard` | what of Rhai scripts can reach, and its limits |
 //! | `nouns`, `shapes`, `table` | the one table of makers and keys; a new shape is one entry |
@@ -32,7 +33,8 @@
 //! | `wardrobe` | the materials of mesh files |
 //! | `origins` | where each thing was made, so that it can be named |
 //! | `time`, `capture`, `mutation` | frames, and putting captured variables back |
-//! | `vec3`, `maths`, `helpers`, `random`, `params` | what scripts calculate with |
+| `escape` | closures that outlive their turn of a loop |
+//! | `operators`, `vec3`, `maths`, `angles`, `helpers`, `random`, `params` | what scripts calculate with |
 //! | `symbolic` | shader functions, recorded |
 //! | `trouble`, `locate`, `error`, `names` | what is wrong, where, and what was meant |
 //! | [`reference`](mod@reference) | the language as data |
@@ -41,9 +43,11 @@
 //!
 #![doc = include_str!("../MANUAL.md")]
 
+mod angles;
 mod capture;
 mod engine;
 mod error;
+mod escape;
 mod guard;
 mod handle;
 mod helpers;
@@ -52,6 +56,7 @@ mod maths;
 mod mutation;
 mod names;
 mod nouns;
+mod operators;
 mod origins;
 mod own_thread;
 mod params;
@@ -60,6 +65,7 @@ mod placed;
 mod random;
 pub mod reference;
 mod shapes;
+mod source;
 mod stage;
 mod state;
 mod symbolic;
@@ -74,4 +80,5 @@ pub use engine::Printer;
 pub use error::{ErrorKind, Note, Place, ScriptError};
 pub use params::Parameter;
 pub use reference::reference;
-pub use stage::{Options, Source, Stage, Told, Warning};
+pub use source::Source;
+pub use stage::{Options, Stage, Told, Warning};

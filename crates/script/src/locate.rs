@@ -211,66 +211,8 @@ pub(crate) fn definition(ast: &AST, name: &str) -> Position {
     found
 }
 
-/// Every capture of a `for` variable by a closure: its name and place.
-pub(crate) fn captured_loop_variable(ast: &AST) -> Option<(String, Position)> {
-    let mut found = None;
-    ast.walk(&mut |path: &[ASTNode]| {
-        let Some(ASTNode::Stmt(Stmt::Share(shared))) = path.last() else { return true };
-        for (variable, _) in shared.iter() {
-            if of_loop(path, &variable.name) {
-                found = Some((variable.name.to_string(), variable.pos));
-                return false;
-            }
-        }
-        true
-    });
-    found
-}
-
-/// Whether a name means a `for` variable at the end of a path: from the inside out, whichever of a
-/// `let` before it and a loop's head comes first.
-fn of_loop(path: &[ASTNode], name: &str) -> bool {
-    let mut child: Option<Position> = None;
-    for node in path.iter().rev() {
-        if let ASTNode::Stmt(stmt) = node {
-            let bodies: Vec<&[Stmt]> = match stmt {
-                Stmt::For(x, _) => vec![x.2.body.statements()],
-                Stmt::Block(block) => vec![block.statements()],
-                Stmt::If(x, _) | Stmt::While(x, _) | Stmt::Do(x, _, _) => {
-                    vec![x.body.statements(), x.branch.statements()]
-                }
-                Stmt::TryCatch(x, _) => vec![x.body.statements(), x.branch.statements()],
-                _ => Vec::new(),
-            };
-            let defined = bodies.iter().flat_map(|body| body.iter()).any(|s| match s {
-                Stmt::Var(x, _, at) => x.0.name == name && before(*at, child),
-                _ => false,
-            });
-            if defined {
-                return false;
-            }
-            if let Stmt::For(x, _) = stmt
-                && (x.0.name == name || x.1.as_ref().is_some_and(|second| second.name == name))
-                // The loop's own range is outside of it.
-                && child.is_some_and(|at| x.2.body.statements().iter().any(|s| s.position() == at))
-            {
-                return true;
-            }
-            child = Some(stmt.position());
-        } else if let ASTNode::Expr(Expr::Stmt(block)) = node {
-            let defined = block.iter().any(|s| match s {
-                Stmt::Var(x, _, at) => x.0.name == name && before(*at, child),
-                _ => false,
-            });
-            if defined {
-                return false;
-            }
-        }
-    }
-    false
-}
-
-fn before(a: Position, b: Option<Position>) -> bool {
+/// Whether one position comes before another; before none at all, each does.
+pub(crate) fn before(a: Position, b: Option<Position>) -> bool {
     let key = |p: Position| (p.line(), p.position());
     b.is_none_or(|b| key(a) < key(b))
 }

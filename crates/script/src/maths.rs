@@ -1,8 +1,13 @@
 //! Deterministic mathematics: `libm` instead of the platform's C library, and whole numbers
 //! wherever floats do.
 
+use crate::angles;
+use crate::operators::divide;
+use crate::reference::HelperEntry;
+use crate::state::Shared;
 use crate::trouble::{Fallible, trouble};
-use rhai::{Engine, INT};
+use crate::value::describe;
+use rhai::{Dynamic, Engine, INT};
 
 /// A function of one number.
 pub(crate) type Unary = fn(f64) -> f64;
@@ -48,21 +53,47 @@ const BINARY: &[(&str, Binary)] = &[
     ("log", |x, base| libm::log(x) / libm::log(base)),
 ];
 
-/// The names of all functions here, for the reference.
-pub(crate) fn names() -> Vec<&'static str> {
-    let mut names: Vec<_> = UNARY.iter().map(|f| f.0).chain(BINARY.iter().map(|f| f.0)).collect();
-    names.extend(["**", "/", "div", "int", "abs", "sign", "min", "max"]);
-    names.sort_unstable();
-    names.dedup();
-    names
+const fn entry(name: &'static str, usage: &'static str, doc: &'static str) -> HelperEntry {
+    HelperEntry { name, usage, doc }
 }
 
-fn divide(a: INT, b: INT) -> Fallible<INT> {
-    if b == 0 {
-        return Err(trouble(format!("division by zero: {a} / {b}")));
-    }
-    a.checked_div(b).ok_or_else(|| trouble(format!("{a} / {b} is too large for a whole number")))
-}
+/// All functions here, in the order of the manual.
+pub(crate) const ENTRIES: &[HelperEntry] = &[
+    entry("sin", "sin(x)", "the sine of x in radians; of degrees sin(to_radians(30))"),
+    entry("cos", "cos(x)", "the cosine of x in radians; of degrees cos(to_radians(60))"),
+    entry("tan", "tan(x)", "the tangent of x in radians"),
+    entry("asin", "asin(x)", "the angle in radians whose sine is x"),
+    entry("acos", "acos(x)", "the angle in radians whose cosine is x"),
+    entry("atan", "atan(x) or atan(y, x)", "the angle in radians whose tangent is x, or y / x"),
+    entry("atan2", "atan2(y, x)", "the angle in radians of the point (x, y)"),
+    entry("to_radians", "to_radians(degrees)", "degrees as radians"),
+    entry("to_degrees", "to_degrees(radians)", "radians as degrees"),
+    entry("sinh", "sinh(x)", "the hyperbolic sine"),
+    entry("cosh", "cosh(x)", "the hyperbolic cosine"),
+    entry("tanh", "tanh(x)", "the hyperbolic tangent"),
+    entry("asinh", "asinh(x)", "the inverse of sinh"),
+    entry("acosh", "acosh(x)", "the inverse of cosh"),
+    entry("atanh", "atanh(x)", "the inverse of tanh"),
+    entry("sqrt", "sqrt(x)", "the square root"),
+    entry("cbrt", "cbrt(x)", "the cube root"),
+    entry("hypot", "hypot(x, y)", "sqrt(x * x + y * y)"),
+    entry("pow", "pow(x, y)", "x to the power y, a float; x ** y of whole numbers is whole"),
+    entry("exp", "exp(x)", "E() to the power x"),
+    entry("ln", "ln(x)", "the natural logarithm"),
+    entry("log", "log(x) or log(x, base)", "the logarithm to the base 10, or another"),
+    entry("log10", "log10(x)", "the logarithm to the base 10"),
+    entry("log2", "log2(x)", "the logarithm to the base 2"),
+    entry("abs", "abs(x)", "x without its sign"),
+    entry("sign", "sign(x)", "-1, 0 or 1"),
+    entry("min", "min(a, b)", "the lesser"),
+    entry("max", "max(a, b)", "the greater"),
+    entry("floor", "floor(x)", "the greatest whole number that is not above x, as a float"),
+    entry("ceiling", "ceiling(x)", "the least whole number that is not below x, as a float"),
+    entry("round", "round(x)", "the nearest whole number, as a float"),
+    entry("fraction", "fraction(x)", "what follows the point"),
+    entry("div", "div(a, b)", "division of whole numbers, towards zero"),
+    entry("int", "int(x)", "x cut to a whole number; of a random stream r.int(a, b) in a..b-1"),
+];
 
 /// A float cut to a whole number.
 fn whole(x: f64) -> Fallible<INT> {
@@ -76,8 +107,12 @@ fn whole(x: f64) -> Fallible<INT> {
 }
 
 /// Registers everything.
-pub(crate) fn register(engine: &mut Engine) {
+pub(crate) fn register(engine: &mut Engine, state: &Shared) {
     for &(name, f) in UNARY {
+        if angles::TAKE_RADIANS.contains(&name) {
+            angles::register(engine, state, name, f);
+            continue;
+        }
         engine.register_fn(name, f);
         engine.register_fn(name, move |x: INT| f(x as f64));
     }
@@ -87,37 +122,13 @@ pub(crate) fn register(engine: &mut Engine) {
         engine.register_fn(name, move |x: f64, y: INT| f(x, y as f64));
         engine.register_fn(name, move |x: INT, y: INT| f(x as f64, y as f64));
     }
-    let power = |name: &str, engine: &mut Engine| {
-        engine.register_fn(name, libm::pow);
-        engine.register_fn(name, |x: INT, y: f64| libm::pow(x as f64, y));
-        engine.register_fn(name, |x: f64, y: INT| libm::pow(x, y as f64));
-    };
-    power("**", engine);
-    engine.register_fn("**", |x: INT, y: INT| -> Fallible<INT> {
-        u32::try_from(y)
-            .map_err(|_| trouble(format!("{x} ** {y} is no whole number: write {x}.0 ** {y}")))
-            .and_then(|y| {
-                x.checked_pow(y).ok_or_else(|| {
-                    trouble(format!(
-                        "{x} ** {y} is too large for a whole number: write {x}.0 ** {y}"
-                    ))
-                })
-            })
-    });
-    engine.register_fn("**=", |x: &mut f64, y: f64| *x = libm::pow(*x, y));
-    engine.register_fn("**=", |x: &mut f64, y: INT| *x = libm::pow(*x, y as f64));
-    engine.register_fn("/", |a: INT, b: INT| -> Fallible<INT> {
-        let quotient = divide(a, b)?;
-        if a % b != 0 {
-            return Err(trouble(format!(
-                "{a} / {b} is no whole number: write {a}.0 / {b}, or div({a}, {b})"
-            )));
-        }
-        Ok(quotient)
-    });
     engine.register_fn("div", divide);
     engine.register_fn("int", whole);
     engine.register_fn("int", |x: INT| x);
+    engine.register_fn("int", |x: Dynamic| -> Fallible<INT> {
+        let of_text = if x.is_string() { "; of a string write parse_int(text)" } else { "" };
+        Err(trouble(format!("`int` takes a number, got {}{of_text}", describe(&x))))
+    });
     engine.register_get("int", |x: &mut f64| whole(*x));
     engine.register_fn("to_int", whole);
 }

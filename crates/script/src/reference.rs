@@ -51,8 +51,8 @@ pub struct Reference {
     pub makers: Vec<MakerEntry>,
     /// The helpers, in the order of the manual.
     pub helpers: Vec<HelperEntry>,
-    /// The functions of numbers.
-    pub maths: Vec<&'static str>,
+    /// The functions of numbers, in the order of the manual.
+    pub maths: Vec<HelperEntry>,
     /// The functions and methods that come from Rhai itself: of arrays, maps, strings, numbers.
     pub rhai: Vec<String>,
     /// The properties of a frame function's argument, with what they are.
@@ -81,7 +81,7 @@ pub fn reference() -> Reference {
     Reference {
         makers,
         helpers: HELPERS.to_vec(),
-        maths: maths::names(),
+        maths: maths::ENTRIES.to_vec(),
         rhai: from_rhai(&bare_engine()),
         frame: time::PROPERTIES,
     }
@@ -161,15 +161,13 @@ pub(crate) const HELPERS: &[HelperEntry] = &[
     helper("range", "r.range(a, b)", "the stream's next float in [a, b)"),
     helper("pick", "r.pick(array)", "one of the array's values"),
     helper("int", "int(x) or r.int(a, b)", "x cut to a whole number; of a stream, one in a..b-1"),
-    helper("div", "div(a, b)", "whole division, towards zero"),
-    helper("pow", "pow(x, y)", "x to the power y, as x ** y"),
     helper("print", "print(x)", "writes to stderr, with the script's line"),
     helper("debug", "debug(x)", "as print"),
 ];
 
 /// How a maker or a helper is called.
 pub(crate) fn usage(name: &str) -> Option<String> {
-    if let Some(helper) = HELPERS.iter().find(|h| h.name == name) {
+    if let Some(helper) = HELPERS.iter().chain(maths::ENTRIES).find(|h| h.name == name) {
         return Some(helper.usage.to_owned());
     }
     match name {
@@ -193,18 +191,14 @@ pub(crate) fn usage(name: &str) -> Option<String> {
             format!("{name}(#{{ {} }})", needed.join(", "))
         })
         .collect();
-    if forms.is_empty() {
-        return maths::names().contains(&name).then(|| format!("{name}(number)"));
-    }
-    Some(forms.join(" or "))
+    (!forms.is_empty()).then(|| forms.join(" or "))
 }
 
 /// The names of all makers and helpers.
 pub(crate) fn function_names() -> Vec<&'static str> {
     let mut names: Vec<&'static str> = FORMS.iter().map(|f| f.maker()).collect();
     names.extend(HELPERS.iter().map(|h| h.name));
-    names.extend(maths::names());
-    names.retain(|name| name.starts_with(char::is_alphabetic));
+    names.extend(maths::ENTRIES.iter().map(|m| m.name));
     names.sort_unstable();
     names.dedup();
     names

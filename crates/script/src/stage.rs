@@ -3,10 +3,12 @@
 use crate::capture::Captured;
 use crate::engine::{self, Meter, Printer};
 use crate::error::{ErrorKind, ScriptError};
+use crate::escape;
 use crate::locate::{self, Script};
 use crate::nouns::FORMS;
 use crate::own_thread;
 use crate::params::{Parameter, Parameters};
+use crate::source::{self, Source};
 use crate::state::{Phase, Shared, State};
 use crate::table::Role;
 use crate::time::{FrameFn, Moment};
@@ -16,46 +18,6 @@ use rhai::{AST, Dynamic, Engine, Position};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-
-/// The text of a script.
-#[derive(Clone, Debug)]
-pub struct Source {
-    /// Where it came from: for messages, and its folder is where its files are found.
-    pub path: PathBuf,
-    /// The script itself.
-    pub text: String,
-}
-
-/// The longest script, in bytes.
-const LONGEST: u64 = 16 << 20;
-/// The most lines: Rhai counts them in 16 bits.
-const LINES: usize = 65_535;
-
-impl Source {
-    /// Reads a script's file.
-    ///
-    /// # Errors
-    /// It is missing, no regular file, too long or not UTF-8: [`ErrorKind::Input`].
-    pub fn read(path: impl Into<PathBuf>) -> Result<Source, ScriptError> {
-        let path = path.into();
-        let wrong = |message: String| nowhere(&path, ErrorKind::Input, message);
-        let cannot = |e: std::io::Error| wrong(format!("cannot read the script: {e}"));
-        let about = std::fs::metadata(&path).map_err(cannot)?;
-        if !about.is_file() {
-            return Err(wrong("cannot read the script: this is no regular file".into()));
-        }
-        if about.len() > LONGEST {
-            return Err(wrong(format!("the script is longer than {LONGEST} bytes")));
-        }
-        let bytes = std::fs::read(&path).map_err(cannot)?;
-        let text = String::from_utf8(bytes).map_err(|e| {
-            let at = e.utf8_error().valid_up_to();
-            let line = 1 + e.as_bytes()[..at].iter().filter(|b| **b == b'\n').count();
-            wrong(format!("the script is not UTF-8 text: line {line} holds other bytes"))
-        })?;
-        Ok(Source { path, text })
-    }
-}
 
 /// Who is told a line of text.
 pub type Told = Arc<dyn Fn(&str) + Send + Sync>;
@@ -160,19 +122,16 @@ impl Stage {
         });
         let engine = engine::build(&state, &meter, options.max_operations, print);
         let bare = Script { path: &source.path, text: &source.text, ast: None, engine: &engine };
-        if source.text.len() as u64 > LONGEST || source.text.lines().count() > LINES {
-            let message = format!(
-                "the script is longer than {LINES} lines or {LONGEST} bytes: write loops instead"
-            );
+        if let Some(message) = source::too_long(&source.text) {
             return Err(bare.error(ErrorKind::Script, message, Position::NONE));
         }
         let run = || -> Result<(AST, Captured), ScriptError> {
             let ast =
                 engine::compile(&engine, &source.text).map_err(|error| bare.parse_error(&error))?;
             let script = Script { ast: Some(&ast), ..bare };
-            if let Some((name, at)) = locate::captured_loop_variable(&ast) {
+            if let Some((name, at)) = escape::loop_variable(&ast) {
                 let message = format!(
-                    "a closure captures the `for` variable `{name}`, and would see its last value: write let k = {name}; in the loop, and use k"
+                    "a closure that outlives its turn of the loop captures the `for` variable `{name}`, and would see its last value: write let k = {name}; in the loop, and use k"
                 );
                 return Err(script.error(ErrorKind::Script, message, at));
             }
@@ -265,7 +224,8 @@ impl Stage {
         &self.parameters
     }
 
-    /// What was seen that is no error: no light, triangles without area.
+    /// What was seen so far that is no error: no light, degrees given to `sin`, triangles without
+    /// area.
     pub fn warnings(&self) -> &[Warning] {
         &self.warnings
     }
@@ -343,6 +303,7 @@ fn warnings(state: &State) -> Vec<Warning> {
         let message = "the script makes no light: only ambient colours and the background show";
         warnings.push(Warning { message: message.into() });
     }
+    warnings.extend(state.angles.warnings().map(|message| Warning { message }));
     warnings.extend(state.assets.notes().iter().map(|n| Warning { message: n.to_string() }));
     warnings
 }

@@ -1,5 +1,6 @@
 //! What all native functions share: the scene, and what is known about the script's run.
 
+use crate::angles::Angles;
 use crate::handle::Handle;
 use crate::nouns::{CHECKER, FORMS, MATERIAL, SHADER, STRIPES, TEXTURED};
 use crate::origins::Origins;
@@ -51,6 +52,7 @@ pub(crate) struct State {
     /// The names of mesh files, by the address of their columns, which `assets` keeps alive.
     files: HashMap<usize, String>,
     pub origins: Origins,
+    pub angles: Angles,
 }
 
 /// The state, shared between native functions.
@@ -86,6 +88,7 @@ impl State {
             placed: Placed::default(),
             files: HashMap::new(),
             origins: Origins::default(),
+            angles: Angles::default(),
         }
     }
 

@@ -59,7 +59,7 @@ fn short(x: f64) -> String {
 }
 
 /// A value in words, without looking inside.
-fn describe_flat(value: &Dynamic) -> String {
+pub(crate) fn describe_flat(value: &Dynamic) -> String {
     if value.is_array() {
         "an array".into()
     } else if value.is_map() {

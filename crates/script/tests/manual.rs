@@ -50,11 +50,12 @@ fn written() -> String {
     for helper in &language.helpers {
         let _ = writeln!(out, "| `{}` | {} |", helper.usage.replace('|', "\\|"), helper.doc);
     }
-    let _ = writeln!(
-        out,
-        "\nMathematics of numbers: {}.",
-        language.maths.iter().map(|m| format!("`{m}`")).collect::<Vec<_>>().join(", ")
+    out.push_str(
+        "\n### Mathematics\n\nAngles are in radians here, in degrees in the keys of makers and in `rotate` and `hsv`.\n\n| call | gives |\n| --- | --- |\n",
     );
+    for function in &language.maths {
+        let _ = writeln!(out, "| `{}` | {} |", function.usage, function.doc);
+    }
     let rhai: Vec<String> = language.rhai.iter().map(|name| format!("`{name}`")).collect();
     let _ = writeln!(
         out,
