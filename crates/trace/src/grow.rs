@@ -89,13 +89,18 @@ pub enum PatternCells {
 }
 
 impl Tracer<'_> {
-    /// Makes the ray trees of one sample of a tile from scratch.
+    fn position(&self, sample: u32) -> [f64; 2] {
+        self.columns.positions[sample as usize]
+    }
+
+    /// Makes the ray trees of one sample of a tile from scratch: the trees through one of
+    /// [`Columns::positions`].
     pub fn grow(&self, rect: TileRect, sample: u32, trees: &mut Trees, s: &mut TraceScratch) {
         trees.clear();
         trees.points = self.points;
         s.palette.start(&[], self.columns.surfaces.len());
         s.known.clear();
-        camera::rays(&self.columns.view, rect, sample, &mut s.fresh.rays);
+        camera::rays(&self.columns.view, rect, self.position(sample), &mut s.fresh.rays);
         s.fresh.parents.clear();
         s.fresh.parents.extend(0..rect.pixels() as u16);
         self.descend(trees, &Revision::default(), s);
@@ -130,8 +135,8 @@ impl Tracer<'_> {
         trees.points = points;
         s.palette.start(&trees.palette, self.columns.surfaces.len());
         s.known.clear();
-        let pixels = pixels.iter().copied();
-        camera::some_rays(&self.columns.view, rect, sample, pixels.clone(), &mut s.fresh.rays);
+        let (at, pixels) = (self.position(sample), pixels.iter().copied());
+        camera::some_rays(&self.columns.view, rect, at, pixels.clone(), &mut s.fresh.rays);
         s.fresh.parents.clear();
         s.fresh.parents.extend(pixels);
         self.descend(trees, &Revision::default(), s);
@@ -164,8 +169,8 @@ impl Tracer<'_> {
         s: &mut TraceScratch,
     ) {
         let pixels = trees.levels.first().map_or(&[][..], |level| &level.parent);
-        let pixels = pixels.iter().copied();
-        camera::some_rays(&self.columns.view, rect, sample, pixels, &mut s.known.rays);
+        let (at, pixels) = (self.position(sample), pixels.iter().copied());
+        camera::some_rays(&self.columns.view, rect, at, pixels, &mut s.known.rays);
     }
 
     /// Whether some node of kept trees reflects now and has no mirrored ray.
@@ -222,7 +227,7 @@ impl Tracer<'_> {
     /// Finds where camera rays start, if that is not in one point.
     pub(crate) fn find_origins(&self, (rect, sample): (TileRect, u32), s: &mut TraceScratch) {
         if self.columns.view.projection == Projection::Parallel {
-            camera::rays(&self.columns.view, rect, sample, &mut s.next);
+            camera::rays(&self.columns.view, rect, self.position(sample), &mut s.next);
             s.origins.clone_from(&s.next.origin);
         }
     }
