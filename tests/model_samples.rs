@@ -108,7 +108,8 @@ fn a_ramp_has_its_middle_in_each_pixel() {
 #[test]
 fn flat_parts_are_the_same_for_all_samples() {
     // Halves and quarters: sums of up to 16 equal ones and their means are exact.
-    let things = "plane(#{ point: [0, 0, 0], normal: [0, 0, 1], material: #{ ambient: [0.5, 3, -0.25] } });";
+    let things =
+        "plane(#{ point: [0, 0, 0], normal: [0, 0, 1], material: #{ ambient: [0.5, 3, -0.25] } });";
     for (name, keys) in samplings() {
         for adaptive in [false, true] {
             let keys = format!("{keys}, adaptive: {adaptive}");

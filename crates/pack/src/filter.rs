@@ -83,13 +83,18 @@ mod tests {
 
     #[test]
     fn positions_lie_around_the_centre() {
-        for (filter, samples) in Filter::ALL.into_iter().flat_map(|f| (1..70).map(move |n| (f, n))) {
+        for (filter, samples) in Filter::ALL.into_iter().flat_map(|f| (1..70).map(move |n| (f, n)))
+        {
             let image = Image { samples, filter, ..Image::default() };
             let everywhere = positions(&image);
-            let mean = |k: usize| everywhere.iter().map(|at| at[k]).sum::<f64>() / f64::from(samples);
+            let mean =
+                |k: usize| everywhere.iter().map(|at| at[k]).sum::<f64>() / f64::from(samples);
             // Sums of n numbers below 2: an ulp of 2 n at each step, twice.
             let within = 4.0 * f64::from(samples) * f64::EPSILON;
-            assert!([0, 1].iter().all(|k| (mean(*k) - 0.5).abs() <= within), "{filter:?} {samples}");
+            assert!(
+                [0, 1].iter().all(|k| (mean(*k) - 0.5).abs() <= within),
+                "{filter:?} {samples}"
+            );
             let at_edges = positions(&Image { spread: Spread::Edges, ..image });
             assert_eq!(at_edges[0], [0.5, 0.5]);
             assert_eq!(at_edges[usize::from(samples > 1)..], everywhere);
