@@ -207,12 +207,12 @@ plane(#{ point: [0, 0, 3], normal: [0, 0, 1], material: material(#{ ambient: 2 }
 
 #[test]
 fn a_pixel_is_the_mean_of_its_samples() {
-    // Of four samples at a = 0.5, 0.2549, 0.0098 and 0.7646 of one pixel from x = -1 to 1, three
-    // lie left of x = 0.02 and one right of it; upward, b = 0.5, 0.0698, 0.6397 and 0.2095, one
-    // of them below y = -0.25.
-    let things = "quad(#{ corner: [-9, -9, 0], u: [9.02, 0, 0], v: [0, 18, 0],
+    // Of four samples at a = 0.6177, 0.3726, 0.1274 and 0.8823 of one pixel from x = -1 to 1, three
+    // lie left of x = 0.5 and one right of it; downward, b = 0.6452, 0.2151, 0.7849 and 0.3548, one
+    // of them below y = -0.5.
+    let things = "quad(#{ corner: [-9, -9, 0], u: [9.5, 0, 0], v: [0, 18, 0],
     material: material(#{ ambient: [1, 0, 0] }) });
-quad(#{ corner: [0.02, -9, 0], u: [9, 0, 0], v: [0, 18, 0],
+quad(#{ corner: [0.5, -9, 0], u: [9, 0, 0], v: [0, 18, 0],
     material: material(#{ ambient: [5, 0, 4] }) });";
     let script = |samples: usize| {
         format!(
@@ -228,7 +228,7 @@ camera(#{{ viewpoint: [0, 0, 2], window: [2, 2] }});
     assert_eq!(pixel(2), v3(1.0, 0.0, 0.0));
     assert_eq!(pixel(4), v3((1.0 + 1.0 + 1.0 + 5.0) / 4.0, 0.0, 1.0));
     // The mean is taken before anything is clamped: here of 5 and 1.
-    let up = "quad(#{ corner: [-9, -0.25, 0], u: [18, 0, 0], v: [0, 9, 0],
+    let up = "quad(#{ corner: [-9, -0.5, 0], u: [18, 0, 0], v: [0, 9, 0],
     material: material(#{ ambient: 8 }) });";
     let script = script(4).replace(things, up);
     assert_eq!(rendered("samples-up", &script).picture.at(0, 0), grey(6.0));

@@ -10,7 +10,7 @@ use oracle::recursion::{Ray, Stage, raytrace, times};
 use oracle::scene::{Attenuation, Camera, Checker, Scene, Shape, Wears};
 use oracle::script::{number, script};
 use oracle::vec3::{Vec3, v3};
-use oracle::view::{picture, sample_position, stable};
+use oracle::view::{picture, sample_positions, stable};
 
 const X: Vec3 = v3(1.0, 0.0, 0.0);
 const Y: Vec3 = v3(0.0, 1.0, 0.0);
@@ -176,17 +176,24 @@ fn the_two_cameras() {
 
 #[test]
 fn samples_are_the_means_of_their_positions() {
-    assert_eq!(sample_position(0), (0.5, 0.5));
-    let (a, b) = sample_position(1);
-    assert!((a - 0.2548776662466927).abs() < 1e-15 && (b - 0.0698402909980532).abs() < 1e-15);
-    // A wall that glows left of x = 0.02, seen so that the one pixel spans x from -1 to 1: of the
-    // four samples at a = 0.5, 0.2549, 0.0098, 0.7646 the first three have x = 2 a - 1 below it.
+    for filter in PixelFilter::ALL {
+        assert_eq!(sample_positions(1, filter), [(0.5, 0.5)]);
+    }
+    // Two lie at 0.5 and 0.2549 (downward 0.5 and 0.0698) before they are centred.
+    let two = sample_positions(2, PixelFilter::Box);
+    let want =
+        [(0.62256116687665365, 0.7150798545009734), (0.37743883312334635, 0.2849201454990266)];
+    for ((a, b), (x, y)) in two.into_iter().zip(want) {
+        assert!((a - x).abs() < 1e-15 && (b - y).abs() < 1e-15, "{a} {b}");
+    }
+    // A wall that glows left of x = 0.5, seen so that the one pixel spans x from -1 to 1: of the
+    // four samples at a = 0.6177, 0.3726, 0.1274, 0.8823 the first three have x = 2 a - 1 below it.
     let mut s = one_pixel(Z, Vec3::ZERO);
     s.settings.attenuation = Attenuation::None;
     s.camera = Camera::Window { viewpoint: Z, window: [2.0, 2.0] };
     let glow = s.material(grey(1.0), Vec3::ZERO, Vec3::ZERO);
     let corner = v3(-9.0, -9.0, 0.0);
-    s.surface(Shape::Quad { corner, u: X * 9.02, v: Y * 18.0 }, glow);
+    s.surface(Shape::Quad { corner, u: X * 9.5, v: Y * 18.0 }, glow);
     s.samples = 4;
     near(picture(&s).at(0, 0), grey(0.75));
 }

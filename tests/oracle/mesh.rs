@@ -81,6 +81,24 @@ impl Mesh {
         Some(self.place.normal_shown(n))
     }
 
+    /// The way from a point of a triangle up to the surface that the normals describe. `shown` puts a
+    /// point of the mesh, and a normal on the side that is seen, into the scene; there the point is
+    /// `at` and the triangle's normal `facing`.
+    pub fn lift(
+        &self,
+        (i, p): (usize, Vec3),
+        shown: (impl Fn(Vec3) -> Vec3, impl Fn(Vec3) -> Vec3),
+        (at, facing): (Vec3, Vec3),
+    ) -> Vec3 {
+        let mut lift = Vec3::ZERO;
+        for (v, weight) in self.triangles[i].into_iter().zip(self.weights(i, p)) {
+            let corner = shown.0(self.place.point_shown(self.positions[v]));
+            let normal = shown.1(self.place.normal_shown(self.normals[v]));
+            lift += normal * (weight * (corner - at).dot(normal).max(0.0));
+        }
+        if lift.dot(facing) > 0.0 { lift } else { Vec3::ZERO }
+    }
+
     /// The place of a point of a triangle in a picture.
     pub fn uv(&self, i: usize, p: Vec3) -> (f64, f64) {
         let mut uv = (0.0, 0.0);
@@ -193,16 +211,11 @@ impl Mesh {
     }
 }
 
-/// The normal of a smooth mesh, on the side of the triangle that the ray `dir` comes to; where the
-/// mirrored ray would not rise over the triangle, the one that lets it rise by [`RISE`].
-pub fn raised(own: Vec3, facing: Vec3, dir: Vec3) -> Vec3 {
-    let own = if own.dot(facing) < 0.0 { -own } else { own };
-    let mirrored = dir - own * (2.0 * dir.dot(own));
-    let height = mirrored.dot(facing);
-    if height >= RISE {
-        return own;
-    }
-    ((mirrored + facing * (RISE - height)).unit() - dir).unit()
+/// The direction `v` of a ray that a smooth mesh mirrors; where it would not rise over the triangle, the
+/// one that rises by [`RISE`].
+pub fn risen(v: Vec3, facing: Vec3) -> Vec3 {
+    let height = v.dot(facing);
+    if height < RISE { (v + facing * (RISE - height)).unit() } else { v }
 }
 
 /// `x` as f32 holds it.

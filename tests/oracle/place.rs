@@ -75,6 +75,10 @@ impl Shown {
         self.motions.iter().fold(d, |d, m| m.direction_within(d))
     }
 
+    pub fn point_shown(&self, p: Vec3) -> Vec3 {
+        self.motions.iter().rev().fold(p, |p, m| m.point_shown(p))
+    }
+
     pub fn normal_shown(&self, n: Vec3) -> Vec3 {
         self.motions.iter().rev().fold(n, |n, m| m.normal_shown(n))
     }

@@ -1,7 +1,7 @@
 //! `raytrace`, as the course writes it.
 
 use super::lamp::{Arriving, arriving};
-use super::mesh::raised;
+use super::mesh::risen;
 use super::pattern::{Point, material};
 use super::place::{Shown, shown};
 use super::scene::{Attenuation, Scene, Shape};
@@ -69,17 +69,23 @@ pub fn raytrace(stage: &Stage<'_>, ray: Ray) -> Vec3 {
     let own = own_normal(shape, here.part, own_p);
     let facing = if own.dot(own_dir) > 0.0 { -own } else { own };
     let mut n = copy.normal_shown(facing);
+    let mut lit = Lit { p, n, facing: n, lift: Vec3::ZERO };
     if let (Shape::Mesh { mesh }, Part::Flat(i)) = (shape, here.part)
         && let Some(smooth) = mesh.smooth_normal(i, own_p)
     {
-        n = raised(copy.normal_shown(smooth), n, ray.dir);
+        let smooth = copy.normal_shown(smooth);
+        let side = if smooth.dot(n) < 0.0 { -1.0 } else { 1.0 };
+        let shown = (|p| copy.point_shown(p), |n| copy.normal_shown(n) * side);
+        lit.lift = mesh.lift((i, own_p), shown, (p, n));
+        n = smooth * side;
+        lit.n = n;
     }
     let at = Point { p: own_p, part: here.part, facing };
     let material = material(stage.scene, copy.surface, at);
 
     let mut intensity = material.ambient;
     for light in arriving(stage.scene, p) {
-        let geometry = seen(stage, &light, p, n, here);
+        let geometry = seen(stage, &light, &lit, here);
         let scattered = material.diffuse.zip(light.emissivity, times);
         intensity += scattered.map(|x| times(x, geometry));
     }
@@ -90,6 +96,7 @@ pub fn raytrace(stage: &Stage<'_>, ray: Ray) -> Vec3 {
         let u = -ray.dir;
         // `unit` only takes away what 16 bounces would add up in rounding.
         let v = (n * (2.0 * u.dot(n)) - u).unit();
+        let v = if n == lit.facing { v } else { risen(v, lit.facing) };
         let mirrored =
             Ray { base: p, dir: v, total_dist, last_hit: Some(here), depth: ray.depth + 1 };
         intensity += material.specular.zip(raytrace(stage, mirrored), times);
@@ -123,15 +130,39 @@ fn root_of(
     root(shape, copy.point_within(base), copy.direction_within(dir), leaves)
 }
 
-/// What the light's emissivity is multiplied with at `p`, or 0 where the light is not seen.
-fn seen(stage: &Stage<'_>, light: &Arriving, p: Vec3, n: Vec3, here: Departure) -> f64 {
-    let cos = n.dot(light.dir);
+/// A point that lights shine on.
+struct Lit {
+    p: Vec3,
+    n: Vec3,
+    /// The normal of the triangle, where a mesh has others.
+    facing: Vec3,
+    /// From there up to the surface that these describe.
+    lift: Vec3,
+}
+
+/// What the light's emissivity is multiplied with at a point, or 0 where the light is not seen. Light
+/// from behind the triangle of a smooth mesh comes over the surface that its normals describe.
+fn seen(stage: &Stage<'_>, light: &Arriving, at: &Lit, here: Departure) -> f64 {
+    let cos = at.n.dot(light.dir);
     // A light exactly at `p` has no cosine (NaN), so it is not in front.
     let in_front = cos > 0.0;
     if !in_front {
         return 0.0;
     }
-    let blocked = (0..stage.shown.len())
-        .any(|i| root_of(stage, i, Some(here), p, light.dir).is_some_and(|(t, _)| t < light.reach));
-    if blocked { 0.0 } else { cos * light.weight }
+    let blocked = |base: Vec3, dir: Vec3, reach: f64| {
+        (0..stage.shown.len())
+            .any(|i| root_of(stage, i, Some(here), base, dir).is_some_and(|(t, _)| t < reach))
+    };
+    let hidden = if at.facing.dot(light.dir) > 0.0 || at.lift == Vec3::ZERO {
+        blocked(at.p, light.dir, light.reach)
+    } else {
+        let over = at.p + at.lift;
+        let way = at.p + light.dir * light.reach - over;
+        let (dir, reach) = match light.reach.is_finite() {
+            true => (way.unit(), way.length()),
+            false => (light.dir, light.reach),
+        };
+        blocked(at.p, at.lift.unit(), at.lift.length()) || blocked(over, dir, reach)
+    };
+    if hidden { 0.0 } else { cos * light.weight }
 }

@@ -25,10 +25,18 @@ pub const NUDGE: f64 = 1.0 / (1 << 22) as f64;
 /// A pixel that changes by more than this, relative to max(1, value), is not stable.
 pub const STABLE_WITHIN: f64 = 1e-3;
 
-/// Where sample `i` of a pixel lies in it under a box, from its upper left corner, in pixels.
-pub fn sample_position(i: usize) -> (f64, f64) {
-    let i = i as f64;
-    ((0.5 + i * 0.7548776662466927).fract(), (0.5 + i * 0.5698402909980532).fract())
+/// Where the samples of a pixel lie in it, from its upper left corner, in pixels: spread by the
+/// filter, then moved until their mean is the centre.
+pub fn sample_positions(samples: usize, filter: PixelFilter) -> Vec<(f64, f64)> {
+    let along = |step: f64| {
+        let spread: Vec<f64> = (0..samples)
+            .map(|i| (0.5 + i as f64 * step).fract())
+            .map(|u| if filter == PixelFilter::Box { u } else { filter.place(u) })
+            .collect();
+        let mean = spread.iter().sum::<f64>() / samples as f64;
+        spread.into_iter().map(move |x| x + 0.5 - mean)
+    };
+    along(0.7548776662466927).zip(along(0.5698402909980532)).collect()
 }
 
 /// The view with its frame worked out: `right` and `up` span the picture, both of length 1.
@@ -47,11 +55,7 @@ struct Eye {
 
 impl Eye {
     fn of(scene: &Scene) -> Eye {
-        let places = (0..scene.samples).map(sample_position);
-        let places = match scene.filter {
-            PixelFilter::Box => places.collect(),
-            filter => places.map(|(a, b)| (filter.place(a), filter.place(b))).collect(),
-        };
+        let places = sample_positions(scene.samples, scene.filter);
         match scene.camera {
             Camera::LookAt { eye, look_at, up, fov_degrees } => {
                 let forward = (look_at - eye).unit();

@@ -56,7 +56,7 @@ impl<'a> Passes<'a> {
     pub fn make(&self, worker: &mut Worker, tile: usize, mut lap: impl FnMut(Pass)) {
         let rect = self.grid.rect(tile);
         self.shader.begin(&mut worker.shade);
-        for sample in 0..self.columns.samples {
+        for sample in 0..self.columns.positions.len() as u32 {
             lap(Pass::Shade);
             self.tracer.grow(rect, sample, &mut worker.trees, &mut worker.trace);
             lap(Pass::Trace);
@@ -70,7 +70,7 @@ impl<'a> Passes<'a> {
     /// The streams that the first pass casts for some pixels.
     pub fn record(&self, worker: &mut Worker, rect: TileRect) -> Recorded {
         worker.trace.record = Some(Recorded::default());
-        for sample in 0..self.columns.samples {
+        for sample in 0..self.columns.positions.len() as u32 {
             self.tracer.grow(rect, sample, &mut worker.trees, &mut worker.trace);
         }
         worker.trace.record.take().unwrap_or_default()

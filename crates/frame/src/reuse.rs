@@ -7,10 +7,9 @@
 //! | a light's place | its terms |
 //! | a pattern's cells | the cells of nodes, and levels below |
 //! | a surface | trees with a segment that touches its old or new box |
-//! | samples | those that are new |
-//! | eye, picture size, filter, the number or kind of primitives | all |
+//! | eye, picture size, samples, filter, the number or kind of primitives | all |
 
-use reflet_pack::{Changes, Columns, LightChange, LightId, MaterialId, Spread, SurfaceId, Volume};
+use reflet_pack::{Changes, Columns, LightChange, LightId, MaterialId, SurfaceId, Volume};
 use reflet_trace::{Grid, Moved, PatternCells, Revision, Trees};
 
 /// What is done with the trees kept of the frame before.
@@ -48,7 +47,6 @@ pub struct MadeFor {
     surfaces: usize,
     prims: u32,
     tint_channels: usize,
-    spread: Spread,
     max_bounces: u32,
     max_path: f32,
 }
@@ -61,7 +59,6 @@ impl MadeFor {
             surfaces: columns.surfaces.len(),
             prims: columns.geometry.prims(),
             tint_channels: columns.surfaces.tint_channels(),
-            spread: columns.spread,
             max_bounces: columns.model.max_bounces,
             max_path: columns.model.max_path,
         }
@@ -87,8 +84,8 @@ impl Plan {
         if old.surfaces != new.surfaces || old.prims != new.prims {
             return Plan::Fresh("there are more or fewer surfaces");
         }
-        if old.spread != new.spread {
-            return Plan::Fresh("samples are spent elsewhere");
+        if changes.samples {
+            return Plan::Fresh("samples lie elsewhere");
         }
         if old.tint_channels != new.tint_channels {
             return Plan::Fresh("there are textures or shaders now, or none any more");
@@ -105,7 +102,7 @@ impl Plan {
             limits_differ: (new.max_bounces, new.max_path) != (old.max_bounces, old.max_path),
             limits_grew: new.max_bounces > old.max_bounces || new.max_path > old.max_path,
             recoloured: changes.materials.iter().map(|c| c.material).collect(),
-            relit: changes.model || changes.samples || !changes.lights.is_empty(),
+            relit: changes.model || !changes.lights.is_empty(),
             ..Keep::default()
         };
         if !changes.surfaces.is_empty() {

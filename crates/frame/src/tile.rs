@@ -8,11 +8,12 @@ use reflet_trace::touch::TouchScratch;
 use reflet_trace::{Grid, ShadeScratch, Shader, TileRect, TraceScratch, Tracer, Trees};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The trees of one tile, a sample each; none if there was no room.
+/// The trees of one tile, one for each of [`reflet_pack::Columns::positions`]; none if there was no
+/// room.
 #[derive(Default)]
 pub(crate) struct KeptTile {
     samples: Vec<Trees>,
-    /// Where samples are spent at edges: the pixels that have more than one.
+    /// Where samples are spent at edges: the pixels that have one, ascending.
     edges: Vec<u16>,
 }
 
@@ -107,17 +108,16 @@ impl Worker {
         }
     }
 
-    /// Brings the trees of a tile up to date, sample by sample, and adds their colours; tells about
+    /// Brings the trees of a tile up to date, all samples of them, and adds their colours; tells about
     /// the pixels of the batch's first frame.
     fn trees_of(&mut self, tiler: &Tiler<'_>, rect: TileRect, kept: &mut KeptTile) -> Pixels {
         let Tiler { tracer, shader, room, .. } = tiler;
-        let samples = tracer.columns.samples as usize;
-        kept.samples.truncate(samples);
         shader.begin(&mut self.shade);
         let mut pixels = Pixels::MayDiffer;
-        if let Plan::Keep(keep) = tiler.plan {
-            let whole = kept.samples.len() == samples && tiler.last.is_some();
-            pixels = if whole { Pixels::Same } else { Pixels::MayDiffer };
+        if let (Plan::Keep(keep), false) = (tiler.plan, kept.samples.is_empty()) {
+            if tiler.last.is_some() {
+                pixels = Pixels::Same;
+            }
             for (sample, trees) in kept.samples.iter_mut().enumerate() {
                 let updated = self.update(keep, tracer, (rect, sample as u32), trees);
                 if updated == Pixels::MayDiffer || keep.recolours(trees, tracer.columns) {
@@ -132,17 +132,15 @@ impl Worker {
             for trees in &kept.samples {
                 shader.add(trees, &mut self.shade);
             }
-        } else {
-            kept.samples.clear();
+            return pixels;
         }
         // Only a whole tile is kept; all of its samples or none.
+        kept.samples.clear();
         let mut keeps = room.used.is_some();
         let mut grown = 0;
-        if kept.samples.len() < samples {
-            self.retraced_pixels += rect.pixels() as u64;
-        }
-        for sample in kept.samples.len()..samples {
-            tracer.grow(rect, sample as u32, &mut self.trees, &mut self.trace);
+        self.retraced_pixels += rect.pixels() as u64;
+        for sample in 0..tracer.columns.positions.len() as u32 {
+            tracer.grow(rect, sample, &mut self.trees, &mut self.trace);
             shader.add(&self.trees, &mut self.shade);
             grown += self.trees.bytes() as u64;
             let used = room.used.map_or(0, |b| b.load(Ordering::Relaxed));
@@ -156,11 +154,12 @@ impl Worker {
         pixels
     }
 
-    /// The same where only pixels with an edge get more than one sample. The first sample's trees
-    /// have an apron of a pixel, so that edges do not depend on where tiles end.
+    /// The same where samples are spent at edges: trees at the pixels' centres, which tell where edges
+    /// are and are shown where there is none, then those of the samples of pixels with an edge. The
+    /// trees at centres have an apron of a pixel, so that edges do not depend on where tiles end.
     fn trees_at_edges(&mut self, tiler: &Tiler<'_>, rect: TileRect, kept: &mut KeptTile) -> Pixels {
         let Tiler { tracer, shader, room, .. } = tiler;
-        let (samples, pixels) = (tracer.columns.samples as usize, rect.pixels());
+        let (samples, pixels) = (tracer.columns.positions.len(), rect.pixels());
         let wide = rect.with_apron(tracer.columns.view.size);
         shader.begin(&mut self.shade);
         let mut changed = Pixels::MayDiffer;
@@ -221,7 +220,9 @@ impl Worker {
             }
             let trees = if known { &kept.samples[sample] } else { &self.trees };
             if sample == 0 {
-                shader.add_at(trees, (wide.rows_of(rect), pixels), &mut self.shade);
+                let rows = wide.rows_of(rect);
+                let rows = rows.filter(|(_, pixel)| kept.edges.binary_search(pixel).is_err());
+                shader.add_at(trees, (rows, pixels), &mut self.shade);
             } else {
                 let edges = kept.edges.iter().copied().enumerate();
                 let rows = edges.map(|(row, pixel)| (row as u16, pixel));

@@ -28,6 +28,8 @@ pub struct Columns {
     pub samples: u32,
     /// Where they are spent; everywhere, if there is only one.
     pub spread: Spread,
+    /// Where in a pixel its trees begin; see [`crate::filter::positions`].
+    pub positions: Vec<[f64; 2]>,
 }
 
 /// The part of a surface that decides where rays hit it, as bits.

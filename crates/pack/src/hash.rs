@@ -61,7 +61,7 @@ impl SceneHasher {
             settings(columns),
         ];
         // The domain's number grows when the same columns come to mean another picture.
-        let mut all = blake3::Hasher::new_derive_key("reflet packed scene 3");
+        let mut all = blake3::Hasher::new_derive_key("reflet packed scene 4");
         for part in parts {
             all.update(part.as_bytes());
         }
@@ -259,10 +259,8 @@ fn settings(columns: &Columns) -> blake3::Hash {
     words.add([model.max_bounces, model.max_path.to_bits()]);
     words.add([model.attenuation as u32, model.transfer as u32]);
     words.add(model.background.map(f32::to_bits));
-    // The only sample is in the centre, whatever the filter. A box says nothing, so that files from
-    // before there were others keep their names.
-    if columns.samples > 1 && columns.view.filter != Filter::Box {
-        words.add([columns.view.filter as u32]);
-    }
+    // The only sample is in the centre, whatever the filter.
+    let filter = if columns.samples > 1 { columns.view.filter } else { Filter::Box };
+    words.add([filter as u32]);
     words.finish()
 }

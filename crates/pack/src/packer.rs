@@ -5,6 +5,7 @@ use crate::cells::Wide;
 use crate::changes::{Changes, Settings, SurfaceState};
 use crate::columns::{Columns, LightBits, material_of};
 use crate::copies::{MeshCopy, way};
+use crate::filter::positions;
 use crate::geometry::{Geometry, SHAPE_KINDS, ShapeKind};
 use crate::ids::{LightId, MaterialId, PrimId, SurfaceId};
 use crate::lights::{LightPlace, Lights, point_light, projector, spotlight, sun};
@@ -111,6 +112,7 @@ impl Packer {
             model: model(scene, &overrides),
             samples: scene.image().samples,
             spread: spread(scene.image()),
+            positions: positions(&scene.image()),
         };
         let mut packer = Packer {
             columns,
@@ -217,6 +219,9 @@ impl Packer {
         self.columns.samples = scene.image().samples;
         self.columns.spread = spread(scene.image());
         changes.compare_settings(&before, &Settings::of(&self.columns));
+        if changes.samples || changes.view {
+            self.columns.positions = positions(&scene.image());
+        }
         old_tail.compare(&self.columns, &self.base, &was, &self.lengths(), &mut changes);
         changes
     }
@@ -243,6 +248,7 @@ impl Packer {
             model: model(scene, &self.overrides),
             samples: scene.image().samples,
             spread: spread(scene.image()),
+            positions: positions(&scene.image()),
         };
         self.rows.clear();
         self.sources.clear();

@@ -24,7 +24,7 @@ pub enum Spread {
     /// In every pixel.
     #[default]
     Everywhere,
-    /// In pixels with an edge; the others have one.
+    /// In pixels with an edge; the others show what their centre sees.
     Edges,
 }
 

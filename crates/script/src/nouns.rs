@@ -100,7 +100,7 @@ static IMAGE: Form<Image> = Form {
                 name: "adaptive",
                 takes: Flag,
                 default: Some("false"),
-                doc: "whether only pixels with an edge get more than one sample",
+                doc: "whether only pixels with an edge take the mean of `samples`, and the others what their centre sees",
             },
             get: |i| (i.spread == Spread::Edges).into(),
             set: |i, v| i.spread = if v.into() { Spread::Edges } else { Spread::Everywhere },

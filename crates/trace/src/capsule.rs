@@ -55,6 +55,9 @@ impl Capsules {
                     Begin::Eye(eye) => [eye[0], eye[1], eye[2], 0.0],
                 };
                 let mut to = ball(|k| extent(level.at[k][rows.clone()].iter().copied()));
+                // Shadow rays may leave above.
+                to[3] +=
+                    level.lift[rows.clone()].iter().fold(0.0, |m, x| if *x > m { *x } else { m });
                 if level.code[rows].iter().any(|code| code.is_none()) {
                     to[3] = f32::INFINITY;
                 }

@@ -4,7 +4,7 @@
 use crate::camera;
 use crate::capsule::Capsules;
 use crate::grid::TileRect;
-use crate::lighting;
+use crate::lighting::{self, Shadows};
 use crate::mirror;
 use crate::palette::{PaletteIndex, Slot};
 use crate::segment::Begin;
@@ -38,8 +38,7 @@ pub struct TraceScratch {
     next: Rays,
     /// Where the camera rays of a tile start, if not in one point.
     pub(crate) origins: [Vec<f32>; 3],
-    pub(crate) shadow: Rays,
-    pub(crate) shadow_rows: Vec<u16>,
+    shadows: Shadows,
     occluded: Vec<bool>,
     rows: Vec<u16>,
     childless: Vec<bool>,
@@ -49,6 +48,13 @@ pub struct TraceScratch {
 }
 
 impl TraceScratch {
+    fn stream(&self, which: Which) -> &Stream {
+        match which {
+            Which::Known => &self.known,
+            Which::Fresh => &self.fresh,
+        }
+    }
+
     /// Marks the nodes of a level that have no mirrored ray.
     fn find_childless(&mut self, trees: &Trees, depth: usize) {
         self.childless.clear();
@@ -89,13 +95,18 @@ pub enum PatternCells {
 }
 
 impl Tracer<'_> {
-    /// Makes the ray trees of one sample of a tile from scratch.
+    fn position(&self, sample: u32) -> [f64; 2] {
+        self.columns.positions[sample as usize]
+    }
+
+    /// Makes the ray trees of one sample of a tile from scratch: the trees through one of
+    /// [`Columns::positions`].
     pub fn grow(&self, rect: TileRect, sample: u32, trees: &mut Trees, s: &mut TraceScratch) {
         trees.clear();
         trees.points = self.points;
         s.palette.start(&[], self.columns.surfaces.len());
         s.known.clear();
-        camera::rays(&self.columns.view, rect, sample, &mut s.fresh.rays);
+        camera::rays(&self.columns.view, rect, self.position(sample), &mut s.fresh.rays);
         s.fresh.parents.clear();
         s.fresh.parents.extend(0..rect.pixels() as u16);
         self.descend(trees, &Revision::default(), s);
@@ -130,8 +141,8 @@ impl Tracer<'_> {
         trees.points = points;
         s.palette.start(&trees.palette, self.columns.surfaces.len());
         s.known.clear();
-        let pixels = pixels.iter().copied();
-        camera::some_rays(&self.columns.view, rect, sample, pixels.clone(), &mut s.fresh.rays);
+        let (at, pixels) = (self.position(sample), pixels.iter().copied());
+        camera::some_rays(&self.columns.view, rect, at, pixels.clone(), &mut s.fresh.rays);
         s.fresh.parents.clear();
         s.fresh.parents.extend(pixels);
         self.descend(trees, &Revision::default(), s);
@@ -164,8 +175,8 @@ impl Tracer<'_> {
         s: &mut TraceScratch,
     ) {
         let pixels = trees.levels.first().map_or(&[][..], |level| &level.parent);
-        let pixels = pixels.iter().copied();
-        camera::some_rays(&self.columns.view, rect, sample, pixels, &mut s.known.rays);
+        let (at, pixels) = (self.position(sample), pixels.iter().copied());
+        camera::some_rays(&self.columns.view, rect, at, pixels, &mut s.known.rays);
     }
 
     /// Whether some node of kept trees reflects now and has no mirrored ray.
@@ -222,7 +233,7 @@ impl Tracer<'_> {
     /// Finds where camera rays start, if that is not in one point.
     pub(crate) fn find_origins(&self, (rect, sample): (TileRect, u32), s: &mut TraceScratch) {
         if self.columns.view.projection == Projection::Parallel {
-            camera::rays(&self.columns.view, rect, sample, &mut s.next);
+            camera::rays(&self.columns.view, rect, self.position(sample), &mut s.next);
             s.origins.clone_from(&s.next.origin);
         }
     }
@@ -351,10 +362,6 @@ impl Tracer<'_> {
         s: &mut TraceScratch,
     ) {
         let place = self.columns.light_place(light);
-        let points = match which {
-            Which::Known => &s.known.points,
-            Which::Fresh => &s.fresh.points,
-        };
         if codes.is_empty() {
             return;
         }
@@ -362,21 +369,19 @@ impl Tracer<'_> {
         columns.iter_mut().for_each(|terms| terms.resize(range.end.max(terms.len()), 0.0));
         let Some((terms, others)) = columns.split_first_mut() else { return };
         let out = &mut terms[range.clone()];
-        let (shadow, rows) = (&mut s.shadow, &mut s.shadow_rows);
-        dispatch!(self.accel.level(), simd => lighting::aim(simd, &place, points, codes, out, shadow, rows));
-        s.rays.shadow += s.shadow.len() as u64;
-        if let Some(record) = s.record.as_mut().filter(|_| !s.shadow.is_empty()) {
-            record.shadow.push(s.shadow.clone());
+        let mut shadows = std::mem::take(&mut s.shadows);
+        let points = &s.stream(which).points;
+        dispatch!(self.accel.level(), simd => lighting::aim(simd, &place, points, codes, out, &mut shadows));
+        self.occlude(&shadows.rays, &shadows.rows, out, s);
+        shadows.lifted.retain(|row| out[usize::from(*row)] != 0.0);
+        if !shadows.lifted.is_empty() {
+            lighting::climb(&s.stream(which).points, codes, &mut shadows);
+            self.occlude(&shadows.rays, &shadows.lifted, out, s);
         }
-        self.accel.any(&s.shadow, &mut s.occluded, &mut s.accel, &mut s.counts);
-        for (row, hidden) in s.shadow_rows.iter().zip(&s.occluded) {
-            if *hidden {
-                out[usize::from(*row)] = -0.0;
-            }
-        }
+        let points = &s.stream(which).points;
         if let Some((slide, _)) = &place.slide {
             others.iter_mut().for_each(|terms| terms[range.clone()].copy_from_slice(out));
-            for row in s.shadow_rows.iter().map(|row| usize::from(*row)) {
+            for row in shadows.rows.iter().map(|row| usize::from(*row)) {
                 let way = [0, 1, 2].map(|k| points.p[k][row] - place.at[k]);
                 let texel = slide.texel(way);
                 // What is blocked stays -0, whatever would shine there.
@@ -389,6 +394,21 @@ impl Tracer<'_> {
                 for (terms, texel) in others.iter_mut().zip(&texel[1..]) {
                     shine(&mut terms[range.start + row], *texel);
                 }
+            }
+        }
+        s.shadows = shadows;
+    }
+
+    /// Casts shadow rays, and writes -0 into the rows whose ray is blocked.
+    fn occlude(&self, rays: &Rays, rows: &[u16], terms: &mut [f32], s: &mut TraceScratch) {
+        s.rays.shadow += rays.len() as u64;
+        if let Some(record) = s.record.as_mut().filter(|_| !rays.is_empty()) {
+            record.shadow.push(rays.clone());
+        }
+        self.accel.any(rays, &mut s.occluded, &mut s.accel, &mut s.counts);
+        for (row, hidden) in rows.iter().zip(&s.occluded) {
+            if *hidden {
+                terms[usize::from(*row)] = -0.0;
             }
         }
     }
@@ -453,8 +473,17 @@ impl Tracer<'_> {
     }
 }
 
-/// Appends where the rays of a stream ended.
+/// Appends where the rays of a stream ended, and how far above shadow rays may leave.
 pub(crate) fn place(level: &mut Level, stream: &Stream) {
+    let lift = |row: usize| {
+        stream
+            .points
+            .lift
+            .iter()
+            .map(|column| column.get(row).map_or(0.0, |x| x.abs()))
+            .sum::<f32>()
+    };
+    level.lift.extend((0..stream.rays.len()).map(lift));
     for (k, column) in level.at.iter_mut().enumerate() {
         let ends = stream.points.p[k].iter().zip(&stream.rays.dir[k]).zip(&stream.hits.code);
         let ends = ends.map(|((p, d), code)| if code.is_none() { *d } else { *p });

@@ -16,6 +16,12 @@ pub struct Interactions {
     /// Where rays leave: p itself, or for flat bounded shapes p moved off the surface by a bound on
     /// its rounding.
     pub start: [Vec<f32>; 3],
+    /// The normal of the triangle, turned likewise; [`Interactions::n`] is another on a smooth mesh.
+    /// Empty if no mesh is smooth.
+    pub facing: [Vec<f32>; 3],
+    /// The way from the triangle of a smooth mesh up to the surface that its normals describe, 0 on
+    /// others. Empty if no mesh is smooth.
+    pub lift: [Vec<f32>; 3],
 }
 
 /// How far rays that leave a flat bounded shape start off it, relative to the coordinates of p and
@@ -111,6 +117,7 @@ impl Interactions {
         for column in self.p.iter_mut().chain(&mut self.n).chain(&mut self.start) {
             column.resize(padded, 0.0);
         }
+        self.facing.iter_mut().chain(&mut self.lift).for_each(Vec::clear);
         for first in (0..rays.len()).step_by(LANES) {
             let lanes = first..first + LANES;
             let s = Surfaces::gather(g, (rays, first), hits);

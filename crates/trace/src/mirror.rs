@@ -2,11 +2,16 @@
 
 use crate::interact::Interactions;
 use fearless_simd::prelude::*;
-use reflet_accel::lanes::{LANES, V3, dot, load3};
+use reflet_accel::lanes::{F, LANES, V3, dot, load3};
 use reflet_accel::{HitCode, Rays};
 
+/// How far a ray rises at least over the triangle of a smooth mesh that it leaves, as a part of its
+/// length: below it could meet the triangle beside.
+const RISE: f32 = 1e-3;
+
 /// Writes the mirrored rays of the rows in `rows` (ascending) into `out`: v = 2 (u.n) n - u with
-/// u = -d, normalised truly at each bounce, since what is off unit length grows with every other.
+/// u = -d, normalised truly at each bounce, since what is off unit length grows with every other. Where
+/// that dips below the triangle of a smooth mesh, the nearest direction just above.
 #[inline(always)]
 pub fn reflect<S: Simd>(
     simd: S,
@@ -25,10 +30,23 @@ pub fn reflect<S: Simd>(
         let twice = along + along;
         let v = [d[0] - twice * n[0], d[1] - twice * n[1], d[2] - twice * n[2]];
         let length = dot(v, v).sqrt();
+        let mut v = [v[0] / length, v[1] / length, v[2] / length];
+        if !points.facing[0].is_empty() {
+            let facing = gather(simd, &points.facing, chunk);
+            let flat = facing[0].simd_eq(n[0]) & facing[1].simd_eq(n[1]) & facing[2].simd_eq(n[2]);
+            let height = dot(v, facing);
+            let dips = height.simd_lt(RISE) & !flat;
+            let lift = F::splat(simd, RISE) - height;
+            let w = [v[0] + lift * facing[0], v[1] + lift * facing[1], v[2] + lift * facing[2]];
+            let length = dot(w, w).sqrt();
+            for k in 0..3 {
+                v[k] = dips.select(w[k] / length, v[k]);
+            }
+        }
         for k in 0..3 {
             let lanes = first..first + LANES;
             start[k].store_slice(&mut out.origin[k][lanes.clone()]);
-            (v[k] / length).store_slice(&mut out.dir[k][lanes]);
+            v[k].store_slice(&mut out.dir[k][lanes]);
         }
         for (lane, row) in chunk.iter().enumerate() {
             out.t_max[first + lane] = f32::INFINITY;

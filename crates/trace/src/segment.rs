@@ -75,7 +75,8 @@ impl<S: Simd> Segments<S> {
     #[inline(always)]
     fn meet_box(&self, simd: S, b: &Aabb) -> M<S> {
         let (lo, hi) = (splat3(simd, b.lo), splat3(simd, b.hi));
-        let slack = (self.size + norm(lo) + norm(hi)) * F::splat(simd, SLACK);
+        let slack = (self.size + norm(lo) + norm(hi) + self.radius) * F::splat(simd, SLACK);
+        let slack = slack + self.radius;
         let mut entry = F::splat(simd, 0.0);
         let mut exit = self.end;
         for k in 0..3 {
@@ -149,7 +150,10 @@ pub(crate) fn shadows<S: Simd>(
         if free | blocked == 0 {
             continue;
         }
-        let segments = to_light(simd, ends(simd, level, first), light, F::splat(simd, 0.0));
+        // A ray that leaves above its point ends with the others, so the capsule of that radius around
+        // the way from the point holds it and the way up.
+        let radius = lanes(simd, &level.lift[some.clone()]);
+        let segments = to_light(simd, ends(simd, level, first), light, radius);
         let mut lanes = 0;
         if free != 0 {
             lanes |= free & meeting(simd, &segments, new);

@@ -73,7 +73,7 @@ impl Stream {
     pub fn find<S: Simd>(&mut self, simd: S, columns: &Columns) {
         self.points.find(simd, &columns.geometry, &self.rays, &self.hits);
         if columns.surfaces.any_smooth() {
-            smooth::turn(columns, &self.rays, &self.hits, &mut self.points);
+            smooth::turn(columns, &self.hits.code[..self.rays.len()], &mut self.points);
         }
     }
 

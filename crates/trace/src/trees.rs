@@ -29,6 +29,9 @@ pub struct Level {
     /// Where the ray ended, as three columns: the hit point, or a miss's unit direction. Empty
     /// unless the trees keep their points.
     pub at: [Vec<f32>; 3],
+    /// How far from there shadow rays may leave, at most: see [`crate::interact::Interactions::lift`].
+    /// Empty unless the trees keep their points.
+    pub lift: Vec<f32>,
     /// Chunks of the rays as capsules; none unless the trees keep their points.
     pub capsules: Capsules,
 }
@@ -60,9 +63,7 @@ impl Level {
         self.total.clear();
         self.parent.clear();
         self.cell.clear();
-        for column in self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at) {
-            column.clear();
-        }
+        self.floats().for_each(Vec::clear);
     }
 
     /// Takes the marked rows out.
@@ -72,8 +73,7 @@ impl Level {
         remove(&mut self.total, marked);
         remove(&mut self.parent, marked);
         remove(&mut self.cell, marked);
-        let columns = self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at);
-        columns.for_each(|column| remove(column, marked));
+        self.floats().for_each(|column| remove(column, marked));
     }
 
     /// Replaces a row, but for its parent, by a row of another level with the same columns.
@@ -84,8 +84,8 @@ impl Level {
         if let (Some(cell), Some(new)) = (self.cell.get_mut(row), by.cell.get(from)) {
             *cell = *new;
         }
-        let columns = self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at);
-        for (column, new) in columns.zip(by.light.iter().chain(&by.tint).chain(&by.at)) {
+        let new = by.light.iter().chain(&by.tint).chain(&by.at).chain([&by.lift]);
+        for (column, new) in self.floats().zip(new) {
             column[row] = new[from];
         }
     }
@@ -99,23 +99,30 @@ impl Level {
         self.cell.extend_from_slice(&other.cell);
         self.light.resize_with(other.light.len(), Vec::new);
         self.tint.resize_with(other.tint.len(), Vec::new);
-        let columns = self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at);
-        for (column, new) in columns.zip(other.light.iter().chain(&other.tint).chain(&other.at)) {
+        let new = other.light.iter().chain(&other.tint).chain(&other.at).chain([&other.lift]);
+        for (column, new) in self.floats().zip(new) {
             column.extend_from_slice(new);
         }
+    }
+
+    /// All columns of floats but for the lengths of paths.
+    fn floats(&mut self) -> impl Iterator<Item = &mut Vec<f32>> {
+        self.light.iter_mut().chain(&mut self.tint).chain(&mut self.at).chain([&mut self.lift])
     }
 
     /// The bytes that it takes: its columns, and for each of them the allocator's own.
     pub fn bytes(&self) -> usize {
         const ALLOCATION: usize = 16;
         let nested = self.light.len() + self.tint.len();
-        let columns = 4 + nested + self.at.iter().filter(|c| !c.is_empty()).count();
+        let columns =
+            4 + nested + self.at.iter().chain([&self.lift]).filter(|c| !c.is_empty()).count();
         let own = size_of::<Level>() + nested * size_of::<Vec<f32>>();
         own + columns * ALLOCATION + self.cells() + self.capsules.bytes()
     }
 
     fn cells(&self) -> usize {
-        let points = (self.at.iter().map(Vec::len).sum::<usize>() + self.cell.len()) * 4;
+        let points = self.at.iter().chain([&self.lift]).map(Vec::len).sum::<usize>();
+        let points = (points + self.cell.len()) * 4;
         self.len() * (4 + 2 + 4 + 2 + 4 * (self.light.len() + self.tint.len())) + points
     }
 }

@@ -7,7 +7,7 @@ use reflet_pack::Geometry;
 use reflet_pack::lights::{LightPlace, Reach};
 use reflet_scene::Falloff;
 use reflet_trace::interact::Interactions;
-use reflet_trace::lighting::aim;
+use reflet_trace::lighting::{Shadows, aim};
 use std::collections::HashMap;
 
 /// A small generator of its own: the same rays on every machine.
@@ -146,11 +146,11 @@ fn shadowed(
             reach: Reach::Near(Falloff::None),
             slide: None,
         };
-        let (mut term, mut shadow, mut rows) = (vec![0.0; BATCH], Rays::default(), Vec::new());
-        aim(simd, &light, &points, &hits.code[..BATCH], &mut term, &mut shadow, &mut rows);
+        let (mut term, mut shadows) = (vec![0.0; BATCH], Shadows::default());
+        aim(simd, &light, &points, &hits.code[..BATCH], &mut term, &mut shadows);
         let mut occluded = Vec::new();
-        accel.any(&shadow, &mut occluded, &mut scratch, &mut counts);
-        for (row, is_dark) in rows.iter().zip(occluded) {
+        accel.any(&shadows.rays, &mut occluded, &mut scratch, &mut counts);
+        for (row, is_dark) in shadows.rows.iter().zip(occluded) {
             let prim = hits.code[usize::from(*row)].prim().expect("a hit");
             let face = &faces[prim.index()];
             let n = normal(face, center);

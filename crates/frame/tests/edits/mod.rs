@@ -339,7 +339,7 @@ pub fn edit(kind: usize, stage: &mut Stage, dice: &mut Dice) {
         }
         13 => {
             let key = s.singletons.image.expect("an image");
-            // Half of the time a box, so that samples are also added under one filter.
+            // Half of the time a box, so that the number of samples also changes under one filter.
             let filter = Filter::ALL[dice.below(4).saturating_sub(1)];
             let samples = 1 + dice.below(3) as u32;
             let spread = [Spread::Everywhere, Spread::Edges][dice.below(2)];
