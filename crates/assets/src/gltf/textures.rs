@@ -3,6 +3,7 @@
 use super::Trouble;
 use super::container::{File, Other, load};
 use super::json::{Sampler, TextureInfo};
+use crate::error::Fault;
 use crate::texture;
 use reflet_scene::{Map, TexelFilter, Texture, UvSet, Wrap};
 use std::collections::HashMap;
@@ -101,20 +102,12 @@ impl<'a> Textures<'a> {
         if let Some(known) = self.known.get(&(index, samples)) {
             return Ok(known.clone());
         }
-        let read = match samples {
-            Samples::Colours => self.decode(index),
-            // The reader of pictures takes all samples for colours.
-            Samples::Data => match self.image(index, Samples::Colours) {
-                Ok(Some(colours)) => Ok(Arc::new(as_stored(&colours))),
-                Ok(None) => return Ok(None),
-                Err(fault) => Err(fault),
-            },
-        };
+        let read = self.decode(index, samples);
         self.known.insert((index, samples), read.as_ref().ok().cloned());
         read.map(Some)
     }
 
-    fn decode(&mut self, index: usize) -> Result<Arc<Texture>, String> {
+    fn decode(&mut self, index: usize, samples: Samples) -> Result<Arc<Texture>, String> {
         let file = self.file;
         let image = file.root.images.get(index);
         let image = image.ok_or_else(|| format!("there is no image {index}"))?;
@@ -137,7 +130,7 @@ impl<'a> Textures<'a> {
         }
         let decoded = match unread_format(bytes) {
             Some(format) => return Err(about(&format!("{format} is not read"))),
-            None => texture::decode(bytes).map_err(|fault| about(&fault.message))?,
+            None => texels(bytes, samples).map_err(|fault| about(&fault.message))?,
         };
         self.texels += decoded.texels.len() as u64;
         Ok(Arc::new(decoded))
@@ -193,6 +186,15 @@ fn unread_format(bytes: &[u8]) -> Option<&'static str> {
     } else {
         None
     }
+}
+
+/// A picture's texels. The reader of pictures takes all samples for colours.
+fn texels(bytes: &[u8], samples: Samples) -> Result<Texture, Fault> {
+    let colours = texture::decode(bytes)?;
+    Ok(match samples {
+        Samples::Colours => colours,
+        Samples::Data => as_stored(&colours),
+    })
 }
 
 /// Intensities back to the samples that stood for them (IEC 61966-2-1).
