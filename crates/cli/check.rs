@@ -29,10 +29,10 @@ use crate::meant::Script;
 use crate::progress::bytes;
 use course::Course;
 use findings::{Findings, Kind};
-use reflet_scene::{Camera, DVec3, Filter, Key, Scene, Spread};
+use reflet_scene::{Camera, DVec3, Filter, Key, Scene, Spread, Sun};
 use reflet_script::Stage;
 use shapes::{Names, Shapes, number, point};
-use sight::Sight;
+use sight::{Sight, Within};
 use std::fmt::Write as _;
 use std::str::FromStr;
 use survey::{Survey, counted};
@@ -152,14 +152,25 @@ fn look(stage: &Stage, course: Option<&Course>, findings: &mut Findings) {
         coincident::find(&shapes, &name, findings);
         let columns = course.map(Course::columns);
         let middles: Vec<_> = columns.into_iter().flat_map(sight::middles).collect();
-        nearby::find(scene, &shapes, &middles, &name, findings);
+        let astray = nearby::find(scene, &shapes, &middles, &name, findings);
         let sight = columns.and_then(Sight::new);
-        (colours::find(scene), enclosed(scene, sight))
+        let mut enclosed = enclosed(scene, sight);
+        // Of a camera that strayed into a solid that is told, and the lights are where they were.
+        enclosed.retain(|(.., within)| *within == Within::Light || !astray);
+        (colours::find(scene), enclosed)
     });
-    for (light, surface) in enclosed {
+    for (light, surface, within) in enclosed {
         findings.add(Kind::Enclosed, || {
             let (light, surface) = (stage.name_of(light), stage.name_of(surface));
-            format!("{light} is inside {surface}, and its light reaches nothing outside")
+            match within {
+                Within::Light => {
+                    format!("{light} is inside {surface}, and its light reaches nothing outside")
+                }
+                Within::Eye => format!(
+                    "{light} is outside {surface}, which the camera is in, and its light reaches \
+                     nothing inside"
+                ),
+            }
         });
     }
     for (key, what, colour) in colours {
@@ -174,13 +185,19 @@ fn look(stage: &Stage, course: Option<&Course>, findings: &mut Findings) {
     }
 }
 
-/// Lights that are shut in, and by what.
-fn enclosed(scene: &Scene, sight: Option<Sight<'_>>) -> Vec<(Key, Key)> {
+/// Lights that are shut in or out, and by what.
+fn enclosed(scene: &Scene, sight: Option<Sight<'_>>) -> Vec<(Key, Key, Within)> {
     let (Some(mut sight), Some(eye)) = (sight, eye(scene)) else { return Vec::new() };
-    let lights = nearby::lights(scene).filter(|(key, ..)| {
+    let suns = scene.keys().filter(|key| scene.has::<Sun>(*key)).map(|key| (key, None));
+    let lights = nearby::lights(scene).map(|(key, _, at)| (key, Some(at))).chain(suns);
+    let lit = lights.filter(|(key, _)| {
         colours::emissivity(scene, *key).is_some_and(|colour| colour != DVec3::ZERO)
     });
-    lights.filter_map(|(key, _, at)| Some((key, sight.enclosure(at, eye)?))).collect()
+    let between = |(key, at)| {
+        let (surface, within) = sight.between(at, eye)?;
+        Some((key, surface, within))
+    };
+    lit.filter_map(between).collect()
 }
 
 /// Where the camera is.

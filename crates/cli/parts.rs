@@ -13,11 +13,11 @@ pub struct PartArgs {
     #[arg(long)]
     pub resume: bool,
     /// Render one of so many equal parts of the frames, as in 2/5
-    #[arg(long, value_name = "I/N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "I/N", allow_hyphen_values = true)]
     pub shard: Option<Shard>,
     /// Render one tile of a picture into an EXR part for `reflet merge`: column,row/columns x rows,
     /// as in 3,2/8x6
-    #[arg(long, value_name = "C,R/CxR")]
+    #[arg(long, value_name = "C,R/CxR", allow_hyphen_values = true)]
     pub tile: Option<TileChoice>,
 }
 

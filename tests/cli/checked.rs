@@ -57,6 +57,10 @@ fn what_looks_wrong_is_told_and_is_no_failure() {
             "light (line 7) is inside cuboid (line 8), and its light reaches nothing outside",
         ),
         (
+            "sphere(#{ center: [0, 0, 0], radius: 900, material: #{ ambient: 500 } });\nsun(#{ direction: [0, -1, 0], emissivity: 1 });",
+            "sun (line 8) is outside sphere (line 7, no. 2), which the camera is in, and its light reaches nothing inside",
+        ),
+        (
             "sphere(#{ center: [2, 0, 0], radius: 1, material: #{ diffuse: [200, 30, 30] } });",
             "material (line 7): diffuse [200, 30, 30] looks like 0..255, and 1 is full: divide by 255, or write srgb(\"#rrggbb\")",
         ),

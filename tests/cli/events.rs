@@ -78,16 +78,16 @@ fn without_json_a_summary_closes_and_no_bar_is_drawn_off_a_terminal() {
     let room = Room::furnished();
     // Only a material changes: without re-use every frame is traced, with it the first one is.
     let kept = "4 of 5 frames cast no ray from the eye";
-    for (more, camera, last, out) in [
-        (["--no-reuse"].as_slice(), "720 camera", "2 threads", "a/f.png"),
-        (&[], "144 camera", kept, "b/f.png"),
+    for (more, camera, rate, last, out) in [
+        (["--no-reuse"].as_slice(), "720 camera", "Mrays/s", "2 threads", "a/f.png"),
+        (&[], "144 camera", "re-use saved 628 of 785 rays (80 %)", kept, "b/f.png"),
     ] {
         let args = ["render", "five.rhai", "-o", out, "--threads", "2", "--isa", "scalar"];
         let ran = room.good(&[args.as_slice(), more].concat());
         assert!(ran.out.is_empty());
         assert!(ran.err.trim_end().ends_with(last), "{}", ran.err);
         assert!(ran.err.starts_with("5 frames in "), "{}", ran.err);
-        for word in ["f-0004.png", camera, "0 mirror", "shadow", "Mrays/s", "scalar", "2 threads"] {
+        for word in ["f-0004.png", camera, "0 mirror", "shadow", rate, "scalar", "2 threads"] {
             assert!(ran.err.contains(word), "{word}: {}", ran.err);
         }
         assert!(!ran.err.contains('\x1b') && !ran.err.contains('\r'), "{:?}", ran.err);

@@ -95,7 +95,8 @@ fn jobs_take_names_as_data() {
         let words = openjd_words(&serde_json::from_slice(&template.out).unwrap(), "Render");
         assert_eq!(words[1], format!("{}/{name}.rhai", safe(name)), "{words:?}");
         assert_eq!(words[3], format!("{}/h/{made}-#.png", safe(name)));
-        if works("openjd", &["--version"]) {
+        // What an engine does with braces is its own; the rest is the same to it.
+        if name.contains('{') && works("openjd", &["--version"]) {
             let mut openjd = Command::new("openjd");
             openjd.args(["run", "job.json", "--step", "Film", "--run-dependencies"]);
             let ran = ran_of(openjd.env("PATH", path()).current_dir(room.path(".")));

@@ -20,18 +20,20 @@ pub fn lights(scene: &Scene) -> impl Iterator<Item = (Key, &'static str, DVec3)>
 }
 
 /// Finds lights on surfaces, and the camera where it hardly can be meant to be. `middles` says where
-/// surfaces are.
+/// surfaces are. Tells whether the camera is in a solid that it hardly is meant to be in.
 pub fn find(
     scene: &Scene,
     shapes: &Shapes,
     middles: &[(Key, DVec3)],
     name: &dyn Fn(Key) -> String,
     findings: &mut Findings,
-) {
+) -> bool {
+    let mut astray = false;
     let light = |(_, what, at)| (Kind::LightOnSurface, format!("the {what} at {}", point(at)), at);
     let mut points: Vec<(Kind, String, DVec3)> = lights(scene).map(light).collect();
     if let Some(eye) = super::eye(scene) {
         for key in solids_around(scene, shapes, middles, eye) {
+            astray = true;
             let text = || format!("the camera at {} is inside {}", point(eye), name(key));
             findings.add(Kind::Camera, text);
         }
@@ -45,6 +47,7 @@ pub fn find(
             findings.add(kind, || format!("{what} lies on {}", name(key)));
         }
     }
+    astray
 }
 
 /// The surfaces that a point lies on, within [`NEAR`] of the greatest length at hand.

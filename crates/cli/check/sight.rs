@@ -48,6 +48,15 @@ pub enum Empty {
     Beside,
 }
 
+/// What a closed surface holds, a light or the eye.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Within {
+    /// The light alone.
+    Light,
+    /// The eye alone.
+    Eye,
+}
+
 impl<'a> Sight<'a> {
     /// Rays at a packed scene.
     pub fn new(columns: &'a Columns) -> Option<Self> {
@@ -110,12 +119,16 @@ impl<'a> Sight<'a> {
         Some(if before || planes { Empty::Beside } else { Empty::Behind })
     }
 
-    /// The surface around a light at `at` that shuts it off from the eye: in every direction a ray
-    /// from the light meets it, and not in every direction one from the eye.
-    pub fn enclosure(&mut self, at: DVec3, eye: DVec3) -> Option<Key> {
-        let around = self.around(at);
-        let shared = if around.is_empty() { HashSet::new() } else { self.around(eye) };
-        around.difference(&shared).min().copied()
+    /// The surface between a light and the eye on every way: it is met in every direction from one
+    /// of them, and not from the other. A light without a place, a sun, is outside of everything.
+    pub fn between(&mut self, light: Option<DVec3>, eye: DVec3) -> Option<(Key, Within)> {
+        let around_eye = self.around(eye);
+        let around_light = light.map_or_else(HashSet::new, |at| self.around(at));
+        let within = |this: &HashSet<Key>, other, within| {
+            this.difference(other).min().map(|key| (*key, within))
+        };
+        within(&around_light, &around_eye, Within::Light)
+            .or_else(|| within(&around_eye, &around_light, Within::Eye))
     }
 
     /// The surfaces that are met in every direction.
