@@ -2,8 +2,8 @@
 
 use crate::state::Shared;
 use crate::{
-    guard, handle, helpers, maths, operators, params, placed, random, state, symbolic, time, trouble, vec3,
-    wardrobe,
+    guard, handle, helpers, maths, operators, params, placed, random, state, symbolic, time,
+    trouble, vec3, wardrobe,
 };
 use rhai::packages::{
     ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage,

@@ -33,7 +33,7 @@ pub(crate) fn word(word: &str, rest: &str) -> Option<String> {
         "Math" | "math" | "np" | "numpy" => {
             "functions stand alone: write sin(x), sqrt(x), PI".into()
         }
-        "println" | "printf" | "echo" | "puts" | "console" | "log" | "alert" | "cout" => {
+        "print" | "println" | "printf" | "echo" | "puts" | "console" | "log" | "alert" | "cout" => {
             "write print(value)".into()
         }
         "self" => "write this".into(),
@@ -44,7 +44,9 @@ pub(crate) fn word(word: &str, rest: &str) -> Option<String> {
         "class" | "struct" | "new" => {
             "there are no classes: keep values in a map, #{ name: value }".into()
         }
-        "rand" | "randint" | "rnd" => "write let r = random(1), and r.float() or r.int(a, b)".into(),
+        "rand" | "randint" | "rnd" => {
+            "write let r = random(1), and r.float() or r.int(a, b)".into()
+        }
         "ceil" => "write ceiling(x)".into(),
         "fract" | "frac" => "write fraction(x)".into(),
         "radians" | "deg2rad" => "write to_radians(x)".into(),

@@ -7,7 +7,9 @@ use crate::engine::known;
 use crate::error::{ErrorKind, Note, Place, ScriptError, place};
 use crate::trouble::{Blame, Trouble};
 use crate::{habits, names, operators, reference};
-use rhai::{AST, ASTNode, Engine, EvalAltResult, Expr, FnPtr, LexError, ParseErrorType, Position, Stmt};
+use rhai::{
+    AST, ASTNode, Engine, EvalAltResult, Expr, FnPtr, LexError, ParseErrorType, Position, Stmt,
+};
 use std::path::Path;
 
 /// What is needed to find places.
@@ -241,7 +243,16 @@ fn parse_message(kind: &ParseErrorType, text: &str, at: Position) -> String {
             {
                 return format!("a map is written #{{ ... }}: put # before the {{ of `{name}`");
             }
+            let named = rest[name.len().min(rest.len())..].trim_start().starts_with(':');
+            if named && before.trim_end().ends_with(['(', ',']) {
+                return format!("makers take a map: write #{{ {name}: ... }}");
+            }
             unknown_variable(name, text, at)
+        }
+        ParseErrorType::UnknownOperator(name) => {
+            let after = rest.strip_prefix(name.as_str()).unwrap_or("");
+            habits::symbol(name, before, after)
+                .unwrap_or_else(|| format!("there is no operator `{name}`"))
         }
         ParseErrorType::Reserved(name)
             if ["eval", "curry", "import", "export"].contains(&&**name) =>
@@ -313,7 +324,7 @@ fn run_message(error: &EvalAltResult, script: &Script<'_>) -> String {
         EvalAltResult::ErrorFunctionNotFound(signature, at) => {
             unknown_function(signature, script, *at)
         }
-        EvalAltResult::ErrorPropertyNotFound(name, _) if name.contains('\'') => {
+        EvalAltResult::ErrorDotExpr(name, _) if name.starts_with("Unknown property '") => {
             let lengths = ["length", "size", "count"];
             let property = name.split('\'').nth(1).unwrap_or("");
             let of = name.rsplit('\'').nth(1).map_or(String::new(), type_words);
@@ -370,16 +381,18 @@ fn unknown_function(signature: &str, script: &Script<'_>, at: Position) -> Strin
             ["true or false", b] if *b != "true or false" && name.starts_with(['<', '>']) => {
                 format!("`{name}` does not go between true or false and {b}: write a < b && b < c")
             }
-            [a, b] if operators::COMPARISONS.contains(&name) && a != b => format!(
-                "`{name}` does not go between {a} and {b}: compare values of one kind"
-            ),
+            [a, b] if operators::COMPARISONS.contains(&name) && a != b => {
+                format!("`{name}` does not go between {a} and {b}: compare values of one kind")
+            }
             [a, b] => format!("`{name}` does not go between {a} and {b}{instead}"),
             _ => format!("`{name}` does not go with {}{instead}", names::listed(&words)),
         };
     }
     let given = if words.is_empty() { "nothing".into() } else { names::listed(&words) };
     if name == "print" || name == "debug" {
-        return format!("`{name}` takes one value: write {name}([a, b]) or {name}(`${{a}} ${{b}}`)");
+        return format!(
+            "`{name}` takes one value: write {name}([a, b]) or {name}(`${{a}} ${{b}}`)"
+        );
     }
     if name == "range" && !words.iter().any(|w| w.contains("stream")) {
         return "`range` is a method of random streams: a range of whole numbers is 0..10".into();
@@ -395,7 +408,9 @@ fn unknown_function(signature: &str, script: &Script<'_>, at: Position) -> Strin
     let called = around(script.text, at).1.strip_prefix(name).unwrap_or("");
     if is_variable(script.text, name) {
         let call: String = called.chars().take_while(|c| *c != ')' && *c != '\n').collect();
-        return format!("`{name}` is a variable: a function in it is called with `call`: write {name}.call{call})");
+        return format!(
+            "`{name}` is a variable: a function in it is called with `call`: write {name}.call{call})"
+        );
     }
     let own: Vec<&str> = script
         .text

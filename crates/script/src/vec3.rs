@@ -157,7 +157,8 @@ pub(crate) fn register(engine: &mut Engine) {
         v.0[axis] = value::need_number("vec3", &to)?;
         Ok(())
     });
-    let unknown = |name: &str| trouble(format!("a vec3 has no `{name}`; it has x, y, z and r, g, b"));
+    let unknown =
+        |name: &str| trouble(format!("a vec3 has no `{name}`; it has x, y, z and r, g, b"));
     engine.register_indexer_get(move |_: &mut Vec3, name: &str| -> Fallible<f64> {
         Err(unknown(name))
     });
