@@ -2,8 +2,8 @@
 
 use crate::state::Shared;
 use crate::{
-    guard, handle, helpers, maths, operators, params, placed, random, state, symbolic, time, trouble, vec3,
-    wardrobe,
+    guard, handle, helpers, maths, operators, params, placed, random, state, symbolic, time,
+    trouble, vec3, wardrobe,
 };
 use rhai::packages::{
     ArithmeticPackage, BasicArrayPackage, BasicFnPackage, BasicIteratorPackage, BasicMapPackage,
@@ -41,15 +41,47 @@ struct Reading {
     variables: u64,
     blocks: Vec<u64>,
     steps: u64,
+    /// Whether a minus stands before the operand that is being read, and before those around each
+    /// open bracket.
+    negated: bool,
+    around: Vec<bool>,
+    /// Whether the last token was a minus that negates.
+    minus: bool,
 }
 
 impl Reading {
     /// The most steps: some seconds.
     const STEPS: u64 = 400_000_000;
 
+    /// Follows the tokens of operands; whether this one raises to a power what a minus stands
+    /// before without brackets.
+    fn power_of_negated(&mut self, token: &Token) -> bool {
+        let minus = std::mem::replace(&mut self.minus, matches!(token, Token::UnaryMinus));
+        match token {
+            Token::PowerOf => return std::mem::take(&mut self.negated),
+            Token::IntegerConstant(x) => self.negated = minus || *x < 0,
+            Token::FloatConstant(x) => self.negated = minus || x.1.starts_with('-'),
+            Token::LeftParen | Token::LeftBracket | Token::LeftBrace | Token::MapStart => {
+                self.around.push(self.negated || minus);
+                self.negated = false;
+            }
+            Token::RightParen | Token::RightBracket | Token::RightBrace => {
+                self.negated = self.around.pop().unwrap_or(false);
+            }
+            Token::Identifier(_) => self.negated |= minus,
+            Token::Period | Token::Unit => {}
+            _ => self.negated = false,
+        }
+        false
+    }
+
     fn token(&mut self, token: Token, at: Position) -> Token {
         if at.line() == Some(1) && at.position() == Some(1) {
             *self = Self::default();
+        }
+        if self.power_of_negated(&token) {
+            let ask = "`-` comes before `**` here, so that -2 ** 2 would be 4: write -(2 ** 2), or (-2) ** 2";
+            return Token::LexError(Box::new(LexError::ImproperSymbol("**".into(), ask.into())));
         }
         match token {
             Token::Let | Token::Const => self.variables += 1,

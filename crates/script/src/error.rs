@@ -80,11 +80,44 @@ fn mark(f: &mut std::fmt::Formatter<'_>, place: &Place) -> std::fmt::Result {
     let column = place.column.max(1) - 1;
     // A very long line is shown around its column only.
     let from = if column < SHOWN { 0 } else { column - SHOWN / 2 };
-    let shown: String = place.text.chars().skip(from).take(SHOWN).collect();
-    let before: String =
-        shown.chars().take(column - from).map(|c| if c == '\t' { '\t' } else { ' ' }).collect();
+    let plain = |c: char| if c.is_control() && c != '\t' { '\u{fffd}' } else { c };
+    let shown: String = place.text.chars().skip(from).take(SHOWN).map(plain).collect();
+    let mut before = String::new();
+    for c in shown.chars().take(column - from) {
+        match c {
+            '\t' => before.push('\t'),
+            c => before.extend(std::iter::repeat_n(' ', width(c))),
+        }
+    }
     let gutter = " ".repeat(place.line.to_string().len());
+    if place.column >= COLUMNS && place.text.chars().nth(COLUMNS).is_some() {
+        return write!(
+            f,
+            "\n {gutter} = at or beyond column {COLUMNS}, where columns are no longer counted: break the line"
+        );
+    }
     write!(f, "\n {} | {}\n {gutter} | {before}^", place.line, shown.trim_end())
+}
+
+/// The last column that Rhai counts, in 16 bits.
+const COLUMNS: usize = 65_535;
+
+/// The columns of a terminal that a character takes: two if it is wide by Unicode's annex 11 (East
+/// Asian Width), none if it combines with the one before. Only whole blocks are told apart.
+fn width(c: char) -> usize {
+    match u32::from(c) {
+        0x300..=0x36f | 0x200b..=0x200f | 0x20d0..=0x20ff | 0xfe00..=0xfe0f => 0,
+        0x1100..=0x115f
+        | 0x2e80..=0xa4cf
+        | 0xac00..=0xd7a3
+        | 0xf900..=0xfaff
+        | 0xfe30..=0xfe6f
+        | 0xff00..=0xff60
+        | 0xffe0..=0xffe6
+        | 0x1f300..=0x1faff
+        | 0x20000..=0x3fffd => 2,
+        _ => 1,
+    }
 }
 
 /// A position with the text of its line.

@@ -11,9 +11,27 @@ use std::collections::HashMap;
 
 /// Functions and methods that call a function and do not keep it.
 const CALLERS: &[&str] = &[
-    "all", "call", "dedup", "drain", "extract", "fill_with", "filter", "find", "find_map",
-    "for_each", "index_of", "keys", "map", "order_by", "reduce", "reduce_rev", "retain", "some",
-    "sort", "sort_by", "zip",
+    "all",
+    "call",
+    "dedup",
+    "drain",
+    "extract",
+    "fill_with",
+    "filter",
+    "find",
+    "find_map",
+    "for_each",
+    "index_of",
+    "keys",
+    "map",
+    "order_by",
+    "reduce",
+    "reduce_rev",
+    "retain",
+    "some",
+    "sort",
+    "sort_by",
+    "zip",
 ];
 /// Functions and methods that only look at what they are given or called on.
 const LOOKERS: &[&str] =
@@ -68,9 +86,10 @@ pub(crate) fn loop_variable(ast: &AST) -> Option<(String, Position)> {
             Owner::Loop => true,
             Owner::Let => false,
             // A closure within a closure captures what that one captured.
-            Owner::Outer => found.loops.get(name).is_some_and(|bodies| {
-                bodies.iter().any(|(from, to)| within(*at, *from, *to))
-            }),
+            Owner::Outer => found
+                .loops
+                .get(name)
+                .is_some_and(|bodies| bodies.iter().any(|(from, to)| within(*at, *from, *to))),
         };
         of_loop && !found.used_up(ast, flow, STEPS)
     };

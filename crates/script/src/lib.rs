@@ -24,7 +24,7 @@
 //! | room | holds |
 //! | --- | --- |
 //! | `source` | from bytes to text |
-| `stage` | a script that has run once, and its frames |
+//! | `stage` | a script that has run once, and its frames |
 //! | `own_thread` | the thread it runs on, and the watch over its memory |
 //! | `engine`, `guard` | what of Rhai scripts can reach, and its limits |
 //! | `nouns`, `shapes`, `table` | the one table of makers and keys; a new shape is one entry |
@@ -33,10 +33,10 @@
 //! | `wardrobe` | the materials of mesh files |
 //! | `origins` | where each thing was made, so that it can be named |
 //! | `time`, `capture`, `mutation` | frames, and putting captured variables back |
-| `escape` | closures that outlive their turn of a loop |
+//! | `escape` | closures that outlive their turn of a loop |
 //! | `operators`, `vec3`, `maths`, `angles`, `helpers`, `random`, `params` | what scripts calculate with |
 //! | `symbolic` | shader functions, recorded |
-//! | `trouble`, `locate`, `error`, `names` | what is wrong, where, and what was meant |
+//! | `trouble`, `locate`, `error`, `names`, `habits` | what is wrong, where, and what was meant |
 //! | [`reference`](mod@reference) | the language as data |
 //!
 //! What follows is the manual of the language.
@@ -49,6 +49,7 @@ mod engine;
 mod error;
 mod escape;
 mod guard;
+mod habits;
 mod handle;
 mod helpers;
 mod locate;

@@ -6,8 +6,10 @@
 use crate::engine::known;
 use crate::error::{ErrorKind, Note, Place, ScriptError, place};
 use crate::trouble::{Blame, Trouble};
-use crate::{names, reference};
-use rhai::{AST, ASTNode, Engine, EvalAltResult, Expr, FnPtr, ParseErrorType, Position, Stmt};
+use crate::{habits, names, operators, reference};
+use rhai::{
+    AST, ASTNode, Engine, EvalAltResult, Expr, FnPtr, LexError, ParseErrorType, Position, Stmt,
+};
 use std::path::Path;
 
 /// What is needed to find places.
@@ -34,7 +36,8 @@ impl Script<'_> {
 
     /// What is wrong with the script's grammar.
     pub fn parse_error(&self, error: &rhai::ParseError) -> ScriptError {
-        self.error(ErrorKind::Script, parse_message(error.err_type(), self.text), error.position())
+        let at = error.position();
+        self.error(ErrorKind::Script, parse_message(error.err_type(), self.text, at), at)
     }
 
     /// Our own trouble, at the place that it names or at `call`.
@@ -85,7 +88,7 @@ impl Script<'_> {
                 }
             }
             EvalAltResult::ErrorParsing(kind, _) => {
-                self.error(ErrorKind::Script, parse_message(kind, self.text), at)
+                self.error(ErrorKind::Script, parse_message(kind, self.text, at), at)
             }
             other => self.error(ErrorKind::Script, run_message(other, self), at),
         };
@@ -221,14 +224,49 @@ pub(crate) fn before(a: Position, b: Option<Position>) -> bool {
 const FN_SEES: &str =
     "a `fn` sees its parameters, the makers, helpers, TAU, PI and global::NAME constants only";
 
+/// The text before a position, and from it on.
+fn around(text: &str, at: Position) -> (&str, &str) {
+    let Some(line) = at.line() else { return (text, "") };
+    let start: usize = text.split_inclusive('\n').take(line - 1).map(str::len).sum();
+    let column = at.position().unwrap_or(1) - 1;
+    let offset = text[start..].char_indices().nth(column).map_or(text.len(), |(i, _)| start + i);
+    text.split_at(offset)
+}
+
 /// A grammar error in words.
-fn parse_message(kind: &ParseErrorType, text: &str) -> String {
+fn parse_message(kind: &ParseErrorType, text: &str, at: Position) -> String {
+    let (before, rest) = around(text, at);
     match kind {
-        ParseErrorType::VariableUndefined(name) => unknown_variable(name, text),
+        ParseErrorType::VariableUndefined(name) => {
+            if rest[name.len().min(rest.len())..].trim_start().starts_with(':')
+                && habits::map_without_hash(before)
+            {
+                return format!("a map is written #{{ ... }}: put # before the {{ of `{name}`");
+            }
+            let named = rest[name.len().min(rest.len())..].trim_start().starts_with(':');
+            if named && before.trim_end().ends_with(['(', ',']) {
+                return format!("makers take a map: write #{{ {name}: ... }}");
+            }
+            unknown_variable(name, text, at)
+        }
+        ParseErrorType::UnknownOperator(name) => {
+            let after = rest.strip_prefix(name.as_str()).unwrap_or("");
+            habits::symbol(name, before, after)
+                .unwrap_or_else(|| format!("there is no operator `{name}`"))
+        }
         ParseErrorType::Reserved(name)
             if ["eval", "curry", "import", "export"].contains(&&**name) =>
         {
             format!("`{name}` is not part of scene scripts")
+        }
+        ParseErrorType::Reserved(name) => {
+            let after = rest.strip_prefix(name.as_str()).unwrap_or("");
+            habits::word(name, after)
+                .or_else(|| habits::symbol(name, before, after))
+                .unwrap_or_else(|| format!("`{name}` is kept for Rhai itself: take another name"))
+        }
+        ParseErrorType::BadInput(LexError::MalformedChar(text)) => {
+            format!("a string stands in double quotes: write \"{text}\"")
         }
         ParseErrorType::ExprTooDeep => "the expression nests too deep: split it with `let`".into(),
         other => {
@@ -238,13 +276,13 @@ fn parse_message(kind: &ParseErrorType, text: &str) -> String {
                 .and_then(|s| s.split_once("' is disabled"))
             {
                 Some((name, _)) => format!("`{name}` is not part of scene scripts"),
-                None => lower(&said),
+                None => habits::broken(before, rest).unwrap_or_else(|| lower(&said)),
             }
         }
     }
 }
 
-fn unknown_variable(name: &str, text: &str) -> String {
+fn unknown_variable(name: &str, text: &str, at: Position) -> String {
     let defined = |word: &str| {
         text.match_indices(&format!("{word} {name}")).any(|(i, hit)| {
             !text[i + hit.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_')
@@ -266,8 +304,14 @@ fn unknown_variable(name: &str, text: &str) -> String {
         .collect();
     words.extend(["TAU", "PI"]);
     let functions = reference::function_names();
+    let rest = around(text, at).1;
+    let rest = rest.strip_prefix(name).unwrap_or("");
+    if let Some(said) = habits::word(name, rest) {
+        return format!("`{name}` is not known: {said}");
+    }
     if functions.contains(&name) {
-        return format!("`{name}` is a function: call it with ( )");
+        let usage = reference::usage(name).unwrap_or_else(|| format!("{name}(...)"));
+        return format!("`{name}` is a function: write {usage}");
     }
     words.extend(functions);
     format!("`{name}` is not known{}", names::did_you_mean(name, words.into_iter()))
@@ -276,8 +320,22 @@ fn unknown_variable(name: &str, text: &str) -> String {
 /// A run-time error of Rhai's own in words.
 fn run_message(error: &EvalAltResult, script: &Script<'_>) -> String {
     match error {
-        EvalAltResult::ErrorVariableNotFound(name, _) => unknown_variable(name, script.text),
-        EvalAltResult::ErrorFunctionNotFound(signature, _) => unknown_function(signature, script),
+        EvalAltResult::ErrorVariableNotFound(name, at) => unknown_variable(name, script.text, *at),
+        EvalAltResult::ErrorFunctionNotFound(signature, at) => {
+            unknown_function(signature, script, *at)
+        }
+        EvalAltResult::ErrorDotExpr(name, _) if name.starts_with("Unknown property '") => {
+            let lengths = ["length", "size", "count"];
+            let property = name.split('\'').nth(1).unwrap_or("");
+            let of = name.rsplit('\'').nth(1).map_or(String::new(), type_words);
+            match property {
+                p if lengths.contains(&p) => format!("{of} has no `{p}`: write x.len()"),
+                "x" | "y" | "z" | "r" | "g" | "b" if of == "an array" => {
+                    format!("an array has no `{property}`: write vec3(list).{property}, or list[0]")
+                }
+                p => format!("{of} has no `{p}`"),
+            }
+        }
         EvalAltResult::ErrorStackOverflow(_) => format!(
             "calls nest deeper than {}: a recursion without an end?",
             crate::engine::CALL_LEVELS
@@ -293,7 +351,7 @@ fn run_message(error: &EvalAltResult, script: &Script<'_>) -> String {
             "`this` is known only in a function that is called as a method".into()
         }
         EvalAltResult::ErrorFor(_) => {
-            "`for` takes a range such as 0..10, an array, a map or a string".into()
+            "`for` takes a range such as 0..10, an array or a string; of a map m write m.keys() or m.values()".into()
         }
         EvalAltResult::ErrorMismatchDataType(wanted, got, _) if !wanted.is_empty() => {
             format!("expected {}, got {}", type_words(wanted), type_words(got))
@@ -308,7 +366,7 @@ fn run_message(error: &EvalAltResult, script: &Script<'_>) -> String {
 }
 
 /// `sphere (i64)` in words.
-fn unknown_function(signature: &str, script: &Script<'_>) -> String {
+fn unknown_function(signature: &str, script: &Script<'_>, at: Position) -> String {
     let (name, types) = signature.split_once(" (").unwrap_or((signature, ""));
     let types = types.trim_end_matches(')');
     let words: Vec<String> = types
@@ -318,14 +376,41 @@ fn unknown_function(signature: &str, script: &Script<'_>) -> String {
         .collect();
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     if !name.starts_with(|c: char| c.is_alphabetic() || c == '_') {
+        let instead = operators::instead(name).map(|w| format!(": {w}")).unwrap_or_default();
         return match words.as_slice() {
-            [a, b] => format!("`{name}` does not go between {a} and {b}"),
-            _ => format!("`{name}` does not go with {}", names::listed(&words)),
+            ["true or false", b] if *b != "true or false" && name.starts_with(['<', '>']) => {
+                format!("`{name}` does not go between true or false and {b}: write a < b && b < c")
+            }
+            [a, b] if operators::COMPARISONS.contains(&name) && a != b => {
+                format!("`{name}` does not go between {a} and {b}: compare values of one kind")
+            }
+            [a, b] => format!("`{name}` does not go between {a} and {b}{instead}"),
+            _ => format!("`{name}` does not go with {}{instead}", names::listed(&words)),
         };
     }
     let given = if words.is_empty() { "nothing".into() } else { names::listed(&words) };
+    if name == "print" || name == "debug" {
+        return format!(
+            "`{name}` takes one value: write {name}([a, b]) or {name}(`${{a}} ${{b}}`)"
+        );
+    }
+    if name == "range" && !words.iter().any(|w| w.contains("stream")) {
+        return "`range` is a method of random streams: a range of whole numbers is 0..10".into();
+    }
     if let Some(usage) = reference::usage(name) {
-        return format!("`{name}` is called as {usage}, got {given}");
+        let map = if words == ["nothing, ()"] && usage.contains("#{") {
+            "; a map is written #{ ... }"
+        } else {
+            ""
+        };
+        return format!("`{name}` is called as {usage}, got {given}{map}");
+    }
+    let called = around(script.text, at).1.strip_prefix(name).unwrap_or("");
+    if is_variable(script.text, name) {
+        let call: String = called.chars().take_while(|c| *c != ')' && *c != '\n').collect();
+        return format!(
+            "`{name}` is a variable: a function in it is called with `call`: write {name}.call{call})"
+        );
     }
     let own: Vec<&str> = script
         .text
@@ -342,11 +427,24 @@ fn unknown_function(signature: &str, script: &Script<'_>) -> String {
         return format!("`{name}` is not part of scene scripts");
     }
     let registered = reference::registered(script.engine);
+    if let Some(said) = habits::word(name, called).filter(|_| !registered.contains(name)) {
+        return format!("there is no function `{name}`: {said}");
+    }
     let known = own.into_iter().chain(registered.iter().map(String::as_str));
     if registered.contains(name) {
         return format!("`{name}` does not take {given}");
     }
     format!("there is no function `{name}` that takes {given}{}", names::did_you_mean(name, known))
+}
+
+/// Whether a script defines a variable or a parameter of this name.
+fn is_variable(text: &str, name: &str) -> bool {
+    let starts = [format!("let {name}"), format!("|{name}"), format!("const {name}")];
+    starts.iter().any(|start| {
+        text.match_indices(start).any(|(i, hit)| {
+            !text[i + hit.len()..].starts_with(|c: char| c.is_alphanumeric() || c == '_')
+        })
+    })
 }
 
 /// Rhai's names of types in words.

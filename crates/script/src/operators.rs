@@ -11,9 +11,7 @@ use crate::time::Moment;
 use crate::trouble::{Fallible, trouble};
 use crate::value;
 use crate::vec3::Vec3;
-use rhai::{
-    Array, Dynamic, Engine, EvalAltResult, FnPtr, INT, ImmutableString, Map, Position,
-};
+use rhai::{Array, Dynamic, Engine, EvalAltResult, FnPtr, INT, ImmutableString, Map, Position};
 
 /// Whole division, towards zero.
 pub(crate) fn divide(a: INT, b: INT) -> Fallible<INT> {
@@ -44,16 +42,17 @@ fn power(x: INT, y: INT) -> Fallible<INT> {
 
 /// What to write in place of an operator that scripts do not have.
 pub(crate) fn instead(sign: &str) -> Option<&'static str> {
-    Some(match sign.strip_suffix('=').filter(|s| !["<", ">", "=", "!"].contains(s)).unwrap_or(sign)
-    {
-        "^" => "a power is written 2 ** 3",
-        "&" => "`and` is written &&",
-        "|" => "`or` is written ||",
-        "<<" => "write n * 2 ** k",
-        ">>" => "write div(n, 2 ** k)",
-        "!" => "write n == 0 to ask for zero",
-        _ => return None,
-    })
+    Some(
+        match sign.strip_suffix('=').filter(|s| !["<", ">", "=", "!"].contains(s)).unwrap_or(sign) {
+            "^" => "a power is written 2 ** 3",
+            "&" => "`and` is written &&",
+            "|" => "`or` is written ||",
+            "<<" => "write n * 2 ** k",
+            ">>" => "write div(n, 2 ** k)",
+            "!" => "write n == 0 to ask for zero",
+            _ => return None,
+        },
+    )
 }
 
 fn refused(sign: &str) -> Box<EvalAltResult> {
@@ -151,8 +150,6 @@ pub(crate) fn register(engine: &mut Engine) {
                 });
             )+};
         }
-        with_any!(
-            Array, Map, FnPtr, Vec3, Handle, Random, Moment, Symbol, SymbolVector, HitPoint
-        );
+        with_any!(Array, Map, FnPtr, Vec3, Handle, Random, Moment, Symbol, SymbolVector, HitPoint);
     }
 }

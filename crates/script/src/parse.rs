@@ -68,8 +68,15 @@ fn unknown_key(form: &'static dyn AnyForm, name: &str, map: &Map) -> Trouble {
     });
     let unknown = Some(name.to_owned());
     let Some(other) = other else {
+        let moved = ["rotate", "scale", "translate", "rotation", "translation", "transform"];
+        let hint = match form.role() {
+            Role::Surface if moved.contains(&name) => {
+                format!("; to move it, write group([...], #{{ {name}: ... }})")
+            }
+            _ => String::new(),
+        };
         let message = format!(
-            "`{}` has no key `{name}`{}",
+            "`{}` has no key `{name}`{}{hint}",
             form.maker(),
             names::offer(name, "takes", &known)
         );

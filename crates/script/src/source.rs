@@ -46,10 +46,7 @@ impl Source {
     ///
     /// # Errors
     /// The stream breaks off, is too long or not UTF-8: [`ErrorKind::Input`].
-    pub fn from_reader(
-        path: impl Into<PathBuf>,
-        reader: impl Read,
-    ) -> Result<Source, ScriptError> {
+    pub fn from_reader(path: impl Into<PathBuf>, reader: impl Read) -> Result<Source, ScriptError> {
         let path = path.into();
         let mut bytes = Vec::new();
         reader

@@ -141,7 +141,7 @@ pub(crate) fn register(engine: &mut Engine) {
     engine.register_fn("!=", |a: Vec3, b: Array| value::array_vector(&b) != Some(a.0));
     engine.register_fn("==", |a: Array, b: Vec3| value::array_vector(&a) == Some(b.0));
     engine.register_fn("!=", |a: Array, b: Vec3| value::array_vector(&a) != Some(b.0));
-    for (name, axis) in [("x", 0usize), ("y", 1), ("z", 2)] {
+    for (name, axis) in [("x", 0usize), ("y", 1), ("z", 2), ("r", 0), ("g", 1), ("b", 2)] {
         engine.register_get(name, move |v: &mut Vec3| v.0[axis]);
         engine.register_set(name, move |v: &mut Vec3, to: Dynamic| -> Fallible<()> {
             v.0[axis] = value::need_number(name, &to)?;
@@ -157,7 +157,8 @@ pub(crate) fn register(engine: &mut Engine) {
         v.0[axis] = value::need_number("vec3", &to)?;
         Ok(())
     });
-    let unknown = |name: &str| trouble(format!("a vec3 has no `{name}`; it has x, y and z"));
+    let unknown =
+        |name: &str| trouble(format!("a vec3 has no `{name}`; it has x, y, z and r, g, b"));
     engine.register_indexer_get(move |_: &mut Vec3, name: &str| -> Fallible<f64> {
         Err(unknown(name))
     });
