@@ -53,6 +53,7 @@ mod exr;
 mod ffmpeg;
 mod film;
 mod format;
+mod identity;
 mod netpbm;
 mod picture;
 mod png;
@@ -61,6 +62,7 @@ mod safe;
 mod seal;
 mod still;
 mod target;
+mod temporary;
 mod transfer;
 
 pub use bands::KeptBands;
@@ -68,15 +70,18 @@ pub use decode::decode_still;
 pub use ffmpeg::Ffmpeg;
 pub use film::{FilmSink, FilmSpec, FilmWriter, Fps, FpsError, Patch, Pushed};
 pub use format::{Format, UnknownFormat};
+pub use identity::FileId;
 pub use picture::{
     Layout, LayoutError, OutOfMemory, Picture, Sample, SampleKind, Samples, SamplesMut, TileMut,
     TileRect,
 };
-pub use safe::{Folders, PendingFolders, SafeFile, StrayFile, stray_files};
+
+pub use safe::{Folders, PendingFolders, SafeFile};
 pub use seal::{
     CHECK, MANIFEST_ENDING, Sealed, Unsealed, encode_sealed, manifest_path, needs_manifest,
     read_sealed, texts,
 };
 pub use still::{Compression, Encoded, StillOptions, encode_still};
 pub use target::{Target, TargetError};
+pub use temporary::{StrayFile, stray_files};
 pub use transfer::{Transfer, TransferTable};
