@@ -1,7 +1,7 @@
 //! What can be typed: the command line, word by word. What it means together is [`crate::meant`]'s.
 
 use crate::farm::FarmCommand;
-use crate::film::FilmArgs;
+use crate::film::{EncodingArgs, FilmArgs};
 use crate::frames::FrameRanges;
 use crate::merge::MergeArgs;
 use crate::parts::PartArgs;
@@ -177,6 +177,8 @@ pub struct RenderArgs {
     /// apng, webp, y4m, mp4 or mkv
     #[arg(long, value_name = "EXT")]
     pub format: Option<String>,
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
     /// How much time a smaller PNG or EXR is worth: fast, balanced or small; all are lossless
     #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = compression)]
     pub compression: Compression,

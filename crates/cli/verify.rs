@@ -3,6 +3,7 @@
 use crate::args::ScriptArgs;
 use crate::console::{Console, print};
 use crate::exit::{Exit, Failure};
+use crate::film::EncodingArgs;
 use crate::frames::FrameRanges;
 use crate::meant::Render;
 use crate::render;
@@ -32,6 +33,8 @@ pub struct VerifyArgs {
     /// How much time a smaller PNG, APNG or EXR was worth: fast, balanced or small
     #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::args::compression)]
     pub compression: Compression,
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
     /// The format, if it is not the output's ending
     #[arg(long, value_name = "EXT")]
     pub format: Option<String>,

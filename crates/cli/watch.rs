@@ -1,7 +1,7 @@
 //! `reflet render --watch`: again at each save, whatever went wrong before.
 
 use crate::console::Console;
-use crate::exit::Failure;
+use crate::exit::{Failure, Watch};
 use crate::meant::Render;
 use crate::render;
 use crate::signals::Signals;
@@ -40,7 +40,8 @@ pub fn run(meant: &Render, console: &Console, signals: &Signals) -> Result<(), F
             }
         };
         if let Err(failure) = render::once(meant, console, signals, &mut read) {
-            if failure.message.is_empty() || signals.failure().is_some() {
+            let ends = failure.watch == Watch::Ends || failure.message.is_empty();
+            if ends || signals.failure().is_some() {
                 return Err(failure);
             }
             console.error(&failure.message);

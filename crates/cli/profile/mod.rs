@@ -42,6 +42,7 @@ use figures::{Comparison, Figure};
 use inputs::Primitives;
 use reflet_accel::{Accel, Isa, Quality, Rays, Structure};
 use reflet_film::SafeFile;
+use reflet_frame::Inputs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -99,6 +100,7 @@ pub struct Profile {
 /// # Errors
 /// Inputs that cannot be read, an output that cannot be written, levels that this machine lacks.
 pub fn run(profile: &Profile) -> Result<(), Failure> {
+    profile.spare(&[])?;
     let before = profile.against.as_deref().map(figures::read).transpose()?;
     let mut book = Book { before, now: Vec::new() };
     match &profile.subject {
@@ -131,6 +133,35 @@ impl Book {
 }
 
 impl Profile {
+    /// Refuses outputs that are an input, `more` among them, or one another.
+    fn spare(&self, more: &[PathBuf]) -> Result<(), Failure> {
+        let mut inputs: Vec<&Path> = more.iter().map(PathBuf::as_path).collect();
+        inputs.extend(self.against.as_deref());
+        let mut outputs: Vec<&Path> = self.save.iter().map(PathBuf::as_path).collect();
+        match &self.subject {
+            Subject::Files { primitives, rays, hits, .. } => {
+                inputs.push(rays);
+                inputs.extend(primitives.files());
+                outputs.extend(hits.as_deref());
+            }
+            Subject::Scene(script, _, of_scene) => {
+                inputs.push(&script.path);
+                let Outputs { dump, heatmap, timeline } = of_scene;
+                outputs.extend([dump, heatmap, timeline].into_iter().filter_map(Option::as_deref));
+            }
+        }
+        let refused = |why: String| Failure::new(Exit::Output, why);
+        let inputs = Inputs::of(inputs);
+        for (i, output) in outputs.iter().enumerate() {
+            inputs.spare(output).map_err(|refusal| refused(refusal.to_string()))?;
+            if outputs[..i].contains(output) {
+                let output = output.display();
+                return Err(refused(format!("{output} is named for two outputs: name another")));
+            }
+        }
+        Ok(())
+    }
+
     fn each(&self, mut run: impl FnMut(Isa, usize) -> Result<(), Failure>) -> Result<(), Failure> {
         self.isas
             .iter()
@@ -146,6 +177,7 @@ fn scene(
     book: &mut Book,
 ) -> Result<(), Failure> {
     let frame = scene::load(script, frame, profile.quality)?;
+    profile.spare(&frame.inputs)?;
     if let (Some(isa), Some(threads)) = (profile.isas.first(), profile.threads.first()) {
         let name = script.path.file_stem().unwrap_or_default().to_string_lossy();
         let text = frame.write(outputs, &name, *isa, *threads)?;

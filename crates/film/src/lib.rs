@@ -66,9 +66,11 @@ mod temporary;
 mod transfer;
 
 pub use bands::KeptBands;
-pub use decode::decode_still;
+pub use decode::{StillHead, decode_still, still_head};
 pub use ffmpeg::Ffmpeg;
-pub use film::{FilmSink, FilmSpec, FilmWriter, Fps, FpsError, Patch, Pushed};
+pub use film::{
+    Dither, FilmSink, FilmSpec, FilmWriter, Fps, FpsError, Patch, Pushed, VideoQuality,
+};
 pub use format::{Format, UnknownFormat};
 pub use identity::FileId;
 pub use picture::{
@@ -78,8 +80,8 @@ pub use picture::{
 
 pub use safe::{Folders, PendingFolders, SafeFile};
 pub use seal::{
-    CHECK, MANIFEST_ENDING, Sealed, Unsealed, encode_sealed, manifest_path, needs_manifest,
-    read_sealed, texts,
+    CHECK, MANIFEST_ENDING, Sealed, Unsealed, encode_sealed, is_foreign_manifest, manifest_path,
+    needs_manifest, read_sealed, texts,
 };
 pub use still::{Compression, Encoded, StillOptions, encode_still};
 pub use target::{Target, TargetError};

@@ -248,7 +248,9 @@ impl SafeFile {
     pub fn copy_from(&mut self, from: &Path) -> io::Result<u64> {
         let mut source = File::open(from).map_err(|error| explain("read", from, &error))?;
         let copied = match &mut self.sink {
-            Sink::Beside { temporary: Temporary { file, .. }, .. } | Sink::Through(file) => io::copy(&mut source, file),
+            Sink::Beside { temporary: Temporary { file, .. }, .. } | Sink::Through(file) => {
+                io::copy(&mut source, file)
+            }
             Sink::Stdout(stdout) => io::copy(&mut source, stdout),
         };
         copied.map_err(|error| explain("write", &self.name, &error))
@@ -258,7 +260,9 @@ impl SafeFile {
 impl Write for SafeFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = match &mut self.sink {
-            Sink::Beside { temporary: Temporary { file, .. }, .. } | Sink::Through(file) => file.write(bytes),
+            Sink::Beside { temporary: Temporary { file, .. }, .. } | Sink::Through(file) => {
+                file.write(bytes)
+            }
             Sink::Stdout(stdout) => stdout.write(bytes),
         };
         self.explained(written)
@@ -266,7 +270,9 @@ impl Write for SafeFile {
 
     fn write_vectored(&mut self, slices: &[IoSlice<'_>]) -> io::Result<usize> {
         let written = match &mut self.sink {
-            Sink::Beside { temporary: Temporary { file, .. }, .. } | Sink::Through(file) => file.write_vectored(slices),
+            Sink::Beside { temporary: Temporary { file, .. }, .. } | Sink::Through(file) => {
+                file.write_vectored(slices)
+            }
             Sink::Stdout(stdout) => stdout.write_vectored(slices),
         };
         self.explained(written)
@@ -274,7 +280,9 @@ impl Write for SafeFile {
 
     fn flush(&mut self) -> io::Result<()> {
         let flushed = match &mut self.sink {
-            Sink::Beside { temporary: Temporary { file, .. }, .. } | Sink::Through(file) => file.flush(),
+            Sink::Beside { temporary: Temporary { file, .. }, .. } | Sink::Through(file) => {
+                file.flush()
+            }
             Sink::Stdout(stdout) => stdout.flush(),
         };
         self.explained(flushed)
