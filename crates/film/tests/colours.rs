@@ -47,7 +47,9 @@ fn spec(format: Format, fps: u32, frames: u32) -> FilmSpec {
 
 fn film(spec: FilmSpec, frame: impl Fn(u32) -> Picture) -> Vec<u8> {
     let mut writer = FilmWriter::new(Vec::new(), spec).unwrap();
-    (0..writer.spec().frames).for_each(|i| drop(writer.push(&frame(i)).unwrap()));
+    (0..writer.spec().frames).for_each(|i| {
+        writer.push(&frame(i)).unwrap();
+    });
     writer.finish().unwrap()
 }
 

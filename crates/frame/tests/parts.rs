@@ -22,10 +22,8 @@ fn part(settings: &str, tile: &str) -> Vec<u8> {
 }
 
 const SETTINGS: &str = "frame=0 size=8x3 samples=1 format=exr compression=fast";
-const TILES: [&str; 2] = [
-    "x=0 y=0 width=4 height=3 transfer=srgb",
-    "x=4 y=0 width=4 height=3 transfer=srgb",
-];
+const TILES: [&str; 2] =
+    ["x=0 y=0 width=4 height=3 transfer=srgb", "x=4 y=0 width=4 height=3 transfer=srgb"];
 
 fn merged(parts: [Vec<u8>; 2]) -> Result<[u32; 2], MergeError> {
     let folder = tempfile::tempdir().unwrap();
@@ -45,7 +43,8 @@ fn mutated_texts_are_merged_or_refused() {
         state ^= state << 17;
         (state % sides as u64) as usize
     };
-    let numbers = ["", "-1", "0", "1", "65535", "65536", "4294967295", "4294967296", "x", "1e9", " "];
+    let numbers =
+        ["", "-1", "0", "1", "65535", "65536", "4294967295", "4294967296", "x", "1e9", " "];
     let mut mutated = |text: &str| {
         let mut words: Vec<String> = text.split(' ').map(str::to_owned).collect();
         for _ in 0..=dice(3) {
