@@ -2,7 +2,7 @@
 
 use crate::check::CheckArgs;
 use crate::farm::FarmCommand;
-use crate::film::FilmArgs;
+use crate::film::{EncodingArgs, FilmArgs};
 use crate::frames::FrameRanges;
 use crate::merge::MergeArgs;
 use crate::parts::PartArgs;
@@ -205,6 +205,8 @@ pub struct RenderArgs {
     /// apng, webp, y4m, mp4 or mkv
     #[arg(long, value_name = "EXT", value_parser = format(), hide_possible_values = true)]
     pub format: Option<String>,
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
     /// How much time a smaller PNG or EXR is worth: fast, balanced or small; all are lossless
     #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = compression())]
     #[arg(hide_possible_values = true)]

@@ -43,17 +43,28 @@ pub struct Failure {
     pub exit: Exit,
     /// What to tell, without `error:` in front; empty if there is nobody to tell.
     pub message: String,
+    /// Whether `--watch` goes on.
+    pub watch: Watch,
+}
+
+/// What a failure means to `--watch`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Watch {
+    /// The next save may mend it.
+    GoesOn,
+    /// What is written would be read, and so be rendered again without end.
+    Ends,
 }
 
 impl Failure {
     /// A failure that is told.
     pub fn new(exit: Exit, message: impl Into<String>) -> Self {
-        Self { exit, message: message.into() }
+        Self { exit, message: message.into(), watch: Watch::GoesOn }
     }
 
     /// A failure that is not told.
     pub fn quiet(exit: Exit) -> Self {
-        Self { exit, message: String::new() }
+        Self::new(exit, "")
     }
 
     /// A wrong command line.
@@ -104,6 +115,9 @@ impl From<RenderError> for Failure {
             // The message of the file's own error names the file and says what to do.
             RenderError::Output { frame, error, .. } => {
                 Self::new(Exit::Output, format!("frame {frame}: {error}"))
+            }
+            RenderError::Refused(refusal) => {
+                Self { watch: Watch::Ends, ..Self::new(Exit::Output, refusal.to_string()) }
             }
             // Who cancelled knows better; this is what stays if nobody says.
             RenderError::Cancelled => Self::new(Exit::Interrupted, "stopped"),

@@ -3,11 +3,13 @@
 use crate::console::Console;
 use crate::exit::{Exit, Failure};
 use crate::frames::FrameRanges;
+use crate::meant::no_terminal;
 use crate::progress::bytes;
 use crate::signals::Signals;
 use clap::Args;
-use reflet_film::{Fps, Target};
-use reflet_frame::{JoinError, resume::ranges};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use reflet_film::{Dither, Format, Fps, Target, VideoQuality};
+use reflet_frame::{JoinError, JoinEvent, JoinOptions, resume::ranges};
 use std::path::PathBuf;
 
 /// What `film` takes.
@@ -20,15 +22,63 @@ pub struct FilmArgs {
     /// The film; its ending is the format
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
-    /// Frames a second
-    #[arg(long, value_name = "N", default_value = "24")]
-    pub fps: f64,
+    /// Frames a second: a number, or a fraction as in 24000/1001
+    #[arg(long, value_name = "N", default_value = "24", value_parser = fps)]
+    pub fps: Fps,
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
     /// Which of the numbered frames; all that are there without it, which must have no gap
     #[arg(long, value_name = "RANGES", allow_hyphen_values = true)]
     pub frames: Option<FrameRanges>,
     /// The format, whatever the output's ending
     #[arg(long, value_name = "EXT")]
     pub format: Option<String>,
+}
+
+/// How a film is encoded, where its format leaves a choice.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct EncodingArgs {
+    /// How a GIF stands for colours that its palette of 256 lacks: none takes the nearest, ordered
+    /// a fixed pattern of near ones [default: none]
+    #[arg(long, value_name = "HOW", value_parser = dither())]
+    pub dither: Option<Dither>,
+    /// How well ffmpeg encodes an MP4 or MKV, 0 to 100: two are one step of H.264's CRF, 100 is
+    /// CRF 1 [default: 68, CRF 16]
+    #[arg(long, value_name = "N", value_parser = quality)]
+    pub quality: Option<VideoQuality>,
+}
+
+impl EncodingArgs {
+    /// What is chosen for a format.
+    ///
+    /// # Errors
+    /// The format leaves no such choice.
+    pub fn of(self, format: Format) -> Result<(Dither, VideoQuality), Failure> {
+        if self.dither.is_some() && format != Format::Gif {
+            return Err(Failure::usage(format!("--dither is for gif, and -o is {format}")));
+        }
+        if self.quality.is_some() && !format.is_by_ffmpeg() {
+            return Err(Failure::usage(format!(
+                "--quality is for films that ffmpeg encodes, mp4 and mkv, and -o is {format}"
+            )));
+        }
+        Ok((self.dither.unwrap_or_default(), self.quality.unwrap_or_default()))
+    }
+}
+
+fn dither() -> impl TypedValueParser<Value = Dither> {
+    let all = [Dither::None, Dither::Ordered];
+    PossibleValuesParser::new(all.map(Dither::name))
+        .map(move |name| all.into_iter().find(|dither| dither.name() == name).unwrap_or_default())
+}
+
+fn quality(text: &str) -> Result<VideoQuality, String> {
+    let quality = text.parse().ok().and_then(VideoQuality::new);
+    quality.ok_or_else(|| "a whole number from 0 to 100".into())
+}
+
+fn fps(text: &str) -> Result<Fps, String> {
+    Fps::from_text(text).map_err(|error| error.to_string())
 }
 
 /// Makes a film.
@@ -44,11 +94,14 @@ pub fn run(args: &FilmArgs, console: &Console, signals: &Signals) -> Result<(), 
             target.format()
         )));
     }
-    let fps = Fps::from_f64(args.fps).map_err(|e| Failure::usage(format!("--fps: {e}")))?;
+    no_terminal(&target)?;
+    let (dither, quality) = args.encoding.of(target.format())?;
+    let options = JoinOptions { fps: args.fps, dither, quality };
     let paths = inputs(args)?;
     let joined = signals.rendering(&target.path_for(0), "", |cancel| {
-        reflet_frame::join(&paths, &target, fps, cancel, &mut |done| {
-            console.show(&format!("frame {done}/{}", paths.len()));
+        reflet_frame::join(&paths, &target, options, cancel, &mut |event| match event {
+            JoinEvent::Joined(done) => console.show(&format!("frame {done}/{}", paths.len())),
+            JoinEvent::Warning(text) => console.warn(text),
         })
     });
     console.show("");
@@ -57,7 +110,9 @@ pub fn run(args: &FilmArgs, console: &Console, signals: &Signals) -> Result<(), 
         JoinError::Output(error) if error.kind() == std::io::ErrorKind::BrokenPipe => {
             Failure::quiet(Exit::Output)
         }
-        JoinError::Output(error) => Failure::new(Exit::Output, error.to_string()),
+        error @ (JoinError::Output(_) | JoinError::Refused(_)) => {
+            Failure::new(Exit::Output, error.to_string())
+        }
         JoinError::Cancelled => {
             let failure = signals.failure().unwrap_or(Failure::quiet(Exit::Interrupted));
             Failure { message: "stopped; no film was made".into(), ..failure }

@@ -115,6 +115,17 @@ mod tests {
     }
 
     #[test]
+    fn what_is_printed_can_be_typed() {
+        for bits in 0_u32..1 << 12 {
+            let frames: Vec<u32> = (0..12).filter(|i| bits & (1 << i) != 0).collect();
+            let text = reflet_frame::resume::ranges(&frames);
+            if !frames.is_empty() {
+                assert_eq!(picked(&text), frames, "{text}");
+            }
+        }
+    }
+
+    #[test]
     fn lists_are_sorted_and_each_frame_comes_once() {
         assert_eq!(picked("9,1-3,2,0-4:2"), [0, 1, 2, 3, 4, 9]);
     }

@@ -16,10 +16,11 @@ use crate::profile::{Outputs, Profile, Subject};
 use crate::verify::VerifyArgs;
 use clap_complete::Shell;
 use reflet_accel::Isa;
-use reflet_film::{Compression, Format, Target};
+use reflet_film::{Compression, Dither, Format, Target, VideoQuality};
 use reflet_frame::{Draft, Resume, Reuse, TileChoice};
 use reflet_script::{Options, Source, Stage};
 use std::ffi::OsString;
+use std::io::IsTerminal;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -127,6 +128,10 @@ pub struct Render {
     pub tile: Option<TileChoice>,
     /// How much time a smaller file is worth.
     pub compression: Compression,
+    /// How a GIF stands for colours that its palette lacks.
+    pub dither: Dither,
+    /// How well ffmpeg encodes a film.
+    pub quality: VideoQuality,
     /// Whom events are told to.
     pub tell: Tell,
     /// Whether people are told of every frame.
@@ -234,6 +239,7 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
     // The animation's length is not known yet, but no other mistake depends on it.
     let target = Target::parse(&output, args.format.as_deref(), 1)
         .map_err(|e| Failure::usage(e.to_string()))?;
+    no_terminal(&target)?;
     if target.is_stdout() && args.openjd {
         return Err(Failure::usage("--openjd and -o - both write to stdout; let -o name a file"));
     }
@@ -248,6 +254,7 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
         ));
     }
     files_for_parts(&target, &args.part)?;
+    let (dither, quality) = args.encoding.of(target.format())?;
     args.isa.level().map_err(|e| Failure::usage(format!("--isa: {e}")))?;
     Ok(Render {
         script: script(args.script, console),
@@ -265,9 +272,26 @@ fn render(args: RenderArgs, console: &Console) -> Result<Render, Failure> {
         tile: args.part.tile,
         tell: if args.openjd { Tell::Scheduler } else { tell(args.json) },
         compression: args.compression,
+        dither,
+        quality,
         detail: if args.verbose { Detail::Frames } else { Detail::Summary },
         times: if args.watch { Times::AtEachSave } else { Times::Once },
     })
+}
+
+/// Refuses to write a picture to a terminal.
+///
+/// # Errors
+/// The standard output is one.
+pub fn no_terminal(target: &Target) -> Result<(), Failure> {
+    match target.is_stdout() && std::io::stdout().is_terminal() {
+        true => Err(Failure::usage(format!(
+            "-o - writes {} to stdout, which is a terminal: pipe it to a program, as in `| ffmpeg \
+             -i - film.mp4`, or let -o name a file",
+            target.format()
+        ))),
+        false => Ok(()),
+    }
 }
 
 /// What keeps, splits or joins files needs files; what splits, a frame each.
@@ -303,6 +327,7 @@ fn verify(args: VerifyArgs, console: &Console) -> Result<Render, Failure> {
     if target.is_stdout() {
         return Err(Failure::usage("verify checks files, as in frame-####.png or film.gif"));
     }
+    let (dither, quality) = args.encoding.of(target.format())?;
     Ok(Render {
         script: script(args.script, console),
         output,
@@ -318,6 +343,8 @@ fn verify(args: VerifyArgs, console: &Console) -> Result<Render, Failure> {
         shard: None,
         tile: None,
         compression: args.compression,
+        dither,
+        quality,
         tell: Tell::People,
         detail: Detail::Summary,
         times: Times::Once,

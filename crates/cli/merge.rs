@@ -35,8 +35,7 @@ pub struct MergeArgs {
 pub fn run(args: &MergeArgs, console: &Console, signals: &Signals) -> Result<(), Failure> {
     let target = Target::parse(args.output.as_os_str(), args.format.as_deref(), 1)
         .map_err(|e| Failure::usage(e.to_string()))?;
-    let format = target.format();
-    if format.is_film() || target.is_stdout() {
+    if target.format().is_film() || target.is_stdout() {
         return Err(Failure::usage("merge makes one picture; let -o name a file, as in still.png"));
     }
     if target.is_numbered() {
@@ -45,13 +44,13 @@ pub fn run(args: &MergeArgs, console: &Console, signals: &Signals) -> Result<(),
         ));
     }
     let path = target.path_for(0);
-    let merge = || reflet_frame::merge(&args.parts, &path, format, args.compression);
+    let merge = || reflet_frame::merge(&args.parts, &target, args.compression);
     // A signal that comes meanwhile is waited for, and then no half file stays.
     let merged = signals.rendering(&path, "", |_| merge());
     let merged = merged.map_err(|error| {
         let exit = match error {
             MergeError::Input(_) => Exit::Input,
-            MergeError::Output(_) => Exit::Output,
+            MergeError::Output(_) | MergeError::Refused(_) => Exit::Output,
             MergeError::Memory(_) => Exit::Failed,
         };
         Failure::new(exit, error.to_string())

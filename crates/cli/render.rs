@@ -138,6 +138,8 @@ pub fn planned(meant: &Render, stage: &Stage) -> Result<Option<Job>, Failure> {
         resume: meant.resume,
         tile: meant.tile,
         compression: meant.compression,
+        dither: meant.dither,
+        quality: meant.quality,
         target,
     }))
 }

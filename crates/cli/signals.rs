@@ -85,7 +85,7 @@ impl Signals {
         let folder = self.0.folder.lock().unwrap_or_else(PoisonError::into_inner);
         let strays = folder.as_deref().and_then(|f| reflet_film::stray_files(f).ok());
         for stray in strays.into_iter().flatten() {
-            if stray.process == std::process::id() {
+            if stray.is_ours() {
                 let _ = std::fs::remove_file(stray.path);
             }
         }

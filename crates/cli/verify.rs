@@ -3,6 +3,7 @@
 use crate::args::ScriptArgs;
 use crate::console::{Console, print};
 use crate::exit::{Exit, Failure};
+use crate::film::EncodingArgs;
 use crate::frames::FrameRanges;
 use crate::meant::Render;
 use crate::render;
@@ -33,6 +34,8 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "LEVEL", default_value = "fast", value_parser = crate::values::compression())]
     #[arg(hide_possible_values = true)]
     pub compression: Compression,
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
     /// The format, if it is not the output's ending
     #[arg(long, value_name = "EXT", value_parser = crate::values::format())]
     #[arg(hide_possible_values = true)]

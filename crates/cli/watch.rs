@@ -1,7 +1,7 @@
 //! `reflet render --watch`: again at each save, whatever went wrong before.
 
 use crate::console::Console;
-use crate::exit::Failure;
+use crate::exit::{Failure, Watch};
 use crate::meant::Render;
 use crate::render;
 use crate::signals::Signals;
@@ -45,7 +45,7 @@ pub fn run(meant: &Render, console: &Console, signals: &Signals) -> Result<(), F
                 console.say(&failure.message);
                 return Err(Failure::quiet(failure.exit));
             }
-            if failure.message.is_empty() {
+            if failure.watch == Watch::Ends || failure.message.is_empty() {
                 return Err(failure);
             }
             console.error(&failure.message);

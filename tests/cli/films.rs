@@ -151,7 +151,9 @@ fn other_programs_read_films_with_texts() {
 #[test]
 fn a_program_without_av1_says_how_to_get_it() {
     let room = room();
-    room.bad(&["render", "a.rhai", "-o", "f.ivf"], 74, &["frame 0", "--features av1", ".webp"]);
+    for more in [&["render", "a.rhai", "-o", "f.ivf"][..], &["film", "no-#.png", "-o", "f.ivf"]] {
+        room.bad(more, 2, &["f.ivf", "--features av1", ".webp"]);
+    }
     assert_eq!(room.made(), [""; 0]);
 }
 
@@ -165,4 +167,120 @@ fn devices_and_the_standard_output_get_no_manifest() {
     let ran = room.good(&["render", "a.rhai", "-o", "-", "--format", "gif"]);
     assert!(ran.out.ends_with(&[0x3b]) && !ran.out.windows(6).any(|w| w == b"reflet"));
     assert_eq!(room.made(), [""; 0]);
+}
+
+/// All stills that a render writes are joined, the ones with floats through the scene's curve.
+#[test]
+fn every_kind_of_still_is_joined() {
+    let room = room();
+    for (curve, more) in [("srgb", ""), ("linear", "settings(#{ transfer: \"linear\" });\n")] {
+        let script = format!("{more}{STILL}{FIVE}");
+        room.write("b.rhai", script);
+        room.good(&["render", "b.rhai", "-o", "whole.y4m"]);
+        let whole = std::fs::read(room.path("whole.y4m")).unwrap();
+        for (format, ending) in [
+            ("png", "png"),
+            ("png16", "png"),
+            ("exr", "exr"),
+            ("exr16", "exr"),
+            ("qoi", "qoi"),
+            ("jpg", "jpg"),
+            ("ppm", "ppm"),
+            ("pfm", "pfm"),
+        ] {
+            let frames = format!("{curve}-{format}/f-#.{ending}");
+            room.good(&["render", "b.rhai", "-o", &frames, "--format", format]);
+            room.good(&["film", &frames, "-o", "joined.y4m", "--fps", "10"]);
+            let joined = std::fs::read(room.path("joined.y4m")).unwrap();
+            assert_eq!(joined.len(), whole.len(), "{curve} {format}");
+            // Rounded once from 16 bits, of which half floats hold 11, a sample differs by one at
+            // most, and luma and chroma are sums of three; a JPEG differs more.
+            let most = joined.iter().zip(&whole).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+            let bound = match format {
+                "png" | "exr" | "qoi" | "ppm" | "pfm" => 0,
+                "jpg" => 60,
+                _ => 2,
+            };
+            assert!(most <= bound, "{curve} {format}: {most}");
+        }
+    }
+    room.bad(
+        &["film", "srgb-png/f-0.png", "linear-png/f-1.png", "-o", "mixed.gif"],
+        66,
+        &["linear-png/f-1.png", "linear", "sRGB"],
+    );
+}
+
+#[test]
+fn choices_of_encoding_belong_to_their_formats() {
+    let room = room();
+    room.bad(&["render", "a.rhai", "-o", "f.webp", "--dither", "ordered"], 2, &["--dither", "gif"]);
+    room.bad(&["render", "a.rhai", "-o", "f.gif", "--quality", "50"], 2, &["--quality", "mp4"]);
+    let ran = room.run(&["render", "a.rhai", "-o", "f.mp4", "--quality", "101"]);
+    assert!(ran.code == Some(2) && ran.err.contains("0 to 100"), "{}", ran.err);
+    let ran = room.run(&["render", "a.rhai", "-o", "f.gif", "--dither", "noise"]);
+    assert!(ran.code == Some(2) && ran.err.contains("ordered"), "{}", ran.err);
+    assert_eq!(room.made(), [""; 0]);
+
+    let dithered = ["render", "a.rhai", "-o", "f.gif", "--dither", "ordered", "--size", "64x36"];
+    room.good(&dithered);
+    let verify = ["verify", "a.rhai", "f.gif", "--size", "64x36"];
+    room.good(&[&verify[..], &["--dither", "ordered"]].concat());
+    assert_eq!(room.run(&verify).code, Some(1));
+
+    room.good(&["render", "a.rhai", "-o", "f-#.png"]);
+    room.good(&["film", "f-#.png", "-o", "f.y4m", "--fps", "24000/1001"]);
+    let head = std::fs::read(room.path("f.y4m")).unwrap();
+    assert!(head.starts_with(b"YUV4MPEG2 W16 H9 F24000:1001 "));
+    room.bad(&["film", "f-#.png", "-o", "f.y4m", "--fps", "1/0"], 2, &["--fps", "24000/1001"]);
+}
+
+#[test]
+fn a_gif_faster_than_viewers_is_warned_of() {
+    let script = format!("{STILL}{}", FIVE.replace("frames: 5, fps: 10", "frames: 60, fps: 60"));
+    let room = Room::with(&[("a.rhai", &script)]);
+    let ran = room.good(&["render", "a.rhai", "-o", "f.gif"]);
+    assert!(ran.err.contains("warning: a GIF at 60 frames a second"), "{}", ran.err);
+    assert!(ran.err.contains("10 of 60 frames are left out"), "{}", ran.err);
+    room.good(&["verify", "a.rhai", "f.gif"]);
+    room.good(&["render", "a.rhai", "-o", "p-##.png"]);
+    let ran = room.good(&["film", "p-##.png", "-o", "joined.gif", "--fps", "60"]);
+    assert!(ran.err.contains("left out"), "{}", ran.err);
+    let read = |name| std::fs::read(room.path(name)).unwrap();
+    assert!(read("f.gif") == read("joined.gif"));
+}
+
+#[test]
+fn ffmpeg_is_told_of_quality_and_colours() {
+    let room = room();
+    if films().len() == OWN.len() {
+        return;
+    }
+    room.write("b.rhai", format!("settings(#{{ transfer: \"linear\" }});\n{STILL}{FIVE}"));
+    for format in ["mp4", "mkv"] {
+        let mut sizes = Vec::new();
+        for quality in ["20", "68", "95"] {
+            let name = format!("q{quality}.{format}");
+            room.good(&["render", "a.rhai", "-o", &name, "--size", "160x90", "--quality", quality]);
+            sizes.push(std::fs::metadata(room.path(&name)).unwrap().len());
+        }
+        assert!(sizes[0] < sizes[1] && sizes[1] < sizes[2], "{format}: {sizes:?}");
+        let plain = format!("plain.{format}");
+        room.good(&["render", "a.rhai", "-o", &plain, "--size", "160x90"]);
+        let read = |name: &str| std::fs::read(room.path(name)).unwrap();
+        assert!(read(&plain) == read(&format!("q68.{format}")));
+        let verify = ["verify", "a.rhai", &format!("q20.{format}"), "--size", "160x90"];
+        assert_eq!(room.run(&verify).code, Some(1));
+        room.good(&[&verify[..], &["--quality", "20"]].concat());
+
+        room.good(&["render", "b.rhai", "-o", &format!("linear.{format}")]);
+        for (name, curve) in [("plain", "iec61966-2-1"), ("linear", "linear")] {
+            let mut probe = Command::new("ffprobe");
+            probe.args(["-v", "error", "-of", "csv=p=0", "-show_entries"]);
+            probe.arg("stream=color_range,color_space,color_transfer,color_primaries");
+            let told = probe.arg(room.path(&format!("{name}.{format}"))).output().unwrap();
+            let told = String::from_utf8_lossy(&told.stdout).trim().to_owned();
+            assert_eq!(told, format!("tv,bt709,{curve},bt709"), "{name}.{format}");
+        }
+    }
 }

@@ -246,14 +246,13 @@ fn what_killed_processes_left_is_removed_and_other_names_are_not() {
     let room = room();
     let whole = made(&room, &[]);
     assert_eq!(whole.len(), 5);
-    // No process has such a number.
-    room.write("o/.f-02.png.reflet-4194999-0.tmp", "half");
-    room.write("o/.other.png.reflet-4194999-0.tmp", "another job's");
+    room.write("o/.f-02.png.reflet-0123456789abcdef-0.tmp", "half");
+    room.write("o/.other.png.reflet-0123456789abcdef-0.tmp", "another job's");
     let ran = room.good(&["render", "a.rhai", "-o", "o/f-##.png", "--resume"]);
     assert!(ran.err.contains("left by a killed process"), "{}", ran.err);
     assert!(ran.err.contains("5 frames were up to date"), "{}", ran.err);
     let names = room.names_in("o");
-    assert_eq!(names[0], ".other.png.reflet-4194999-0.tmp");
+    assert_eq!(names[0], ".other.png.reflet-0123456789abcdef-0.tmp");
     assert_eq!(names.len(), 6, "{names:?}");
 }
 

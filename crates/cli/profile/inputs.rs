@@ -19,6 +19,14 @@ pub enum Primitives {
 }
 
 impl Primitives {
+    /// The files that they are in.
+    pub fn files(&self) -> Vec<&Path> {
+        match self {
+            Primitives::Spheres(file) | Primitives::Mesh(file) => vec![file],
+            Primitives::Indexed(verts, tris) => vec![verts, tris],
+        }
+    }
+
     /// Reads them; ids count them in the file's order. What they hold is added to `digest`.
     ///
     /// # Errors

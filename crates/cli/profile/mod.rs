@@ -42,6 +42,7 @@ use figures::{About, Comparison, Figure, Record};
 use inputs::Primitives;
 use reflet_accel::{Accel, Isa, Quality, Rays, Structure};
 use reflet_film::SafeFile;
+use reflet_frame::Inputs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -99,6 +100,7 @@ pub struct Profile {
 /// # Errors
 /// Inputs that cannot be read, an output that cannot be written, levels that this machine lacks.
 pub fn run(profile: &Profile) -> Result<(), Failure> {
+    profile.spare(&[])?;
     let before = profile.against.as_deref().map(figures::read).transpose()?;
     let mut book = Book { before, about: None, now: Vec::new() };
     match &profile.subject {
@@ -149,6 +151,35 @@ impl Book {
 }
 
 impl Profile {
+    /// Refuses outputs that are an input, `more` among them, or one another.
+    fn spare(&self, more: &[PathBuf]) -> Result<(), Failure> {
+        let mut inputs: Vec<&Path> = more.iter().map(PathBuf::as_path).collect();
+        inputs.extend(self.against.as_deref());
+        let mut outputs: Vec<&Path> = self.save.iter().map(PathBuf::as_path).collect();
+        match &self.subject {
+            Subject::Files { primitives, rays, hits, .. } => {
+                inputs.push(rays);
+                inputs.extend(primitives.files());
+                outputs.extend(hits.as_deref());
+            }
+            Subject::Scene(script, _, of_scene) => {
+                inputs.push(&script.path);
+                let Outputs { dump, heatmap, timeline } = of_scene;
+                outputs.extend([dump, heatmap, timeline].into_iter().filter_map(Option::as_deref));
+            }
+        }
+        let refused = |why: String| Failure::new(Exit::Output, why);
+        let inputs = Inputs::of(inputs);
+        for (i, output) in outputs.iter().enumerate() {
+            inputs.spare(output).map_err(|refusal| refused(refusal.to_string()))?;
+            if outputs[..i].contains(output) {
+                let output = output.display();
+                return Err(refused(format!("{output} is named for two outputs: name another")));
+            }
+        }
+        Ok(())
+    }
+
     fn each(&self, mut run: impl FnMut(Isa, usize) -> Result<(), Failure>) -> Result<(), Failure> {
         self.isas
             .iter()
@@ -164,6 +195,7 @@ fn scene(
     book: &mut Book,
 ) -> Result<(), Failure> {
     let frame = scene::load(script, frame, profile.quality)?;
+    profile.spare(&frame.inputs)?;
     let about = About::new("a frame of a scene", frame.name(), profile.quality);
     book.open(profile, about)?;
     if let (Some(isa), Some(threads)) = (profile.isas.first(), profile.threads.first()) {

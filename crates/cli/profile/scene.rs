@@ -19,6 +19,7 @@ use rayon::prelude::*;
 use reflet_accel::{Accel, Isa, Quality, Rays, Structure, Work};
 use reflet_pack::{Changes, Columns, Overrides, Packer, SceneHasher};
 use reflet_trace::BatchColours;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// A frame, packed, and how long that took.
@@ -29,6 +30,8 @@ pub struct Frame {
     pub before: Option<(Columns, Changes)>,
     /// The stages before the tree: their names and times.
     pub stages: Vec<(&'static str, Duration)>,
+    /// Files that were read for it.
+    pub inputs: Vec<PathBuf>,
     quality: Quality,
 }
 
@@ -121,7 +124,8 @@ pub fn load(script: &Script, frame: u32, quality: Quality) -> Result<Frame, Fail
         lap("diff, whole");
     }
     let before = earlier.map(|columns| (columns, changes));
-    Ok(Frame { columns: packer.columns().clone(), before, stages, quality })
+    let inputs = stage.inputs();
+    Ok(Frame { columns: packer.columns().clone(), before, stages, inputs, quality })
 }
 
 impl Frame {

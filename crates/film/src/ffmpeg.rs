@@ -1,9 +1,10 @@
 //! Films that ffmpeg encodes: it reads YUV4MPEG2 from a pipe and writes the file that then gets its
 //! name, with options under which the same frames give the same bytes.
 
-use crate::film::closing;
+use crate::film::{VideoQuality, closing};
 use crate::format::Format;
 use crate::safe::SafeFile;
+use crate::transfer::Transfer;
 use std::fs::File;
 use std::io::{self, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
@@ -24,8 +25,8 @@ pub struct Ffmpeg {
 
 /// H.264 with a number of threads that does not depend on the machine (its bytes do on theirs), in
 /// the colours of HD video, padded to even sizes.
-const OPTIONS: &str = "-c:v libx264 -preset medium -crf 16 -threads 4 -pix_fmt yuv420p \
-    -color_range tv -colorspace bt709 -color_primaries bt709 -color_trc iec61966-2-1 \
+const OPTIONS: &str = "-c:v libx264 -preset medium -threads 4 -pix_fmt yuv420p \
+    -color_range tv -colorspace bt709 -color_primaries bt709 \
     -map_metadata -1 -fflags +bitexact -flags:v +bitexact";
 const FILTER: &str = "scale=in_range=full:in_color_matrix=bt601:out_range=tv:out_color_matrix=bt709\
     :flags=bitexact+accurate_rnd+full_chroma_int,pad=ceil(iw/2)*2:ceil(ih/2)*2";
@@ -35,7 +36,12 @@ impl Ffmpeg {
     ///
     /// # Errors
     /// There is no ffmpeg, or the place cannot be written to.
-    pub fn start(path: &Path, format: Format) -> io::Result<Self> {
+    pub fn start(
+        path: &Path,
+        format: Format,
+        quality: VideoQuality,
+        transfer: Transfer,
+    ) -> io::Result<Self> {
         let file = SafeFile::create(path)?;
         let Some(temporary) = file.temporary() else {
             return Err(io::Error::new(
@@ -58,6 +64,11 @@ impl Ffmpeg {
             FILTER,
         ]);
         command.args(OPTIONS.split_whitespace());
+        let curve = match transfer {
+            Transfer::Srgb => "iec61966-2-1",
+            Transfer::Linear => "linear",
+        };
+        command.args(["-crf", &quality.crf().to_string(), "-color_trc", curve]);
         if format == Format::Mp4 {
             command.args(["-movflags", "+faststart"]);
         }

@@ -155,6 +155,21 @@ impl Format {
     }
 }
 
+impl Format {
+    /// True for films that ffmpeg encodes.
+    pub fn is_by_ffmpeg(self) -> bool {
+        matches!(self, Self::Mp4 | Self::Mkv)
+    }
+
+    /// Why this program cannot write the format, if it cannot.
+    pub fn unbuilt(self) -> Option<&'static str> {
+        (self == Self::Ivf && !cfg!(feature = "av1")).then_some(
+            "this program was built without AV1: build it with `--features av1`, or let the output \
+             end in .mp4, .webp, .apng, .gif or .y4m",
+        )
+    }
+}
+
 impl fmt::Display for Format {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())

@@ -53,6 +53,7 @@ mod exr;
 mod ffmpeg;
 mod film;
 mod format;
+mod identity;
 mod netpbm;
 mod picture;
 mod png;
@@ -62,22 +63,28 @@ mod seal;
 mod slots;
 mod still;
 mod target;
+mod temporary;
 mod transfer;
 
 pub use bands::KeptBands;
-pub use decode::decode_still;
+pub use decode::{StillHead, decode_still, still_head};
 pub use ffmpeg::Ffmpeg;
-pub use film::{FilmSink, FilmSpec, FilmWriter, Fps, FpsError, Patch, Pushed};
+pub use film::{
+    Dither, FilmSink, FilmSpec, FilmWriter, Fps, FpsError, Patch, Pushed, VideoQuality,
+};
 pub use format::{Format, UnknownFormat};
+pub use identity::FileId;
 pub use picture::{
     Layout, LayoutError, OutOfMemory, Picture, Sample, SampleKind, Samples, SamplesMut, TileMut,
     TileRect,
 };
-pub use safe::{Folders, PendingFolders, SafeFile, StrayFile, stray_files};
+
+pub use safe::{Folders, PendingFolders, SafeFile};
 pub use seal::{
-    CHECK, MANIFEST_ENDING, Sealed, Unsealed, encode_sealed, manifest_path, needs_manifest,
-    read_sealed, texts,
+    CHECK, MANIFEST_ENDING, Sealed, Unsealed, encode_sealed, is_foreign_manifest, manifest_path,
+    needs_manifest, read_sealed, texts,
 };
 pub use still::{Compression, Encoded, StillOptions, encode_still};
 pub use target::{Target, TargetError};
+pub use temporary::{StrayFile, stray_files};
 pub use transfer::{Transfer, TransferTable};

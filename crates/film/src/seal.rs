@@ -71,6 +71,20 @@ pub fn manifest_path(picture: &Path) -> PathBuf {
     name.into()
 }
 
+/// Whether a file stands at the place of a manifest that is none of ours, not even a damaged one.
+pub fn is_foreign_manifest(path: &Path) -> bool {
+    match fs::metadata(path) {
+        Ok(about) if about.is_file() => {}
+        // A link that leads nowhere counts, too.
+        Ok(_) => return true,
+        Err(_) => return fs::symlink_metadata(path).is_ok(),
+    }
+    let mut head = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(4096).read_to_end(&mut head));
+    let ours = head.split(|byte| *byte == b'\n').any(|line| line.starts_with(b"reflet-"));
+    read.is_err() || !(ours || head.is_empty())
+}
+
 /// True for formats whose texts stand beside the picture.
 pub fn needs_manifest(format: Format) -> bool {
     matches!(format, Format::Qoi | Format::Pfm) || closing::needs_manifest(format)

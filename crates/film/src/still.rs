@@ -3,6 +3,7 @@
 use crate::bands::KeptBands;
 use crate::format::Format;
 use crate::picture::Picture;
+use crate::transfer::Transfer;
 use crate::{exr, netpbm, png, qoi};
 use std::io::{self, ErrorKind, IoSlice, Write};
 use std::sync::Arc;
@@ -24,6 +25,8 @@ pub enum Compression {
 pub struct StillOptions<'a> {
     /// For PNG and EXR.
     pub compression: Compression,
+    /// What integer samples went through: PNG and QOI say it. Float samples are intensities.
+    pub transfer: Transfer,
     /// For JPEG, 1..=100.
     pub jpeg_quality: u8,
     /// Keys and values to carry along, for PNG (text chunks) and EXR (string attributes). Other
@@ -33,9 +36,14 @@ pub struct StillOptions<'a> {
 }
 
 impl Default for StillOptions<'_> {
-    /// Fast, JPEG of quality 90, no text.
+    /// Fast, the curve of sRGB, JPEG of quality 90, no text.
     fn default() -> Self {
-        Self { compression: Compression::Fast, jpeg_quality: 90, text: &[] }
+        Self {
+            compression: Compression::Fast,
+            transfer: Transfer::Srgb,
+            jpeg_quality: 90,
+            text: &[],
+        }
     }
 }
 
@@ -147,7 +155,7 @@ pub fn encode_still(
     match format {
         Format::Png | Format::Png16 => Ok(png::encode(picture, options, kept)),
         Format::Exr | Format::Exr16 => exr::encode(picture, format, options, kept),
-        Format::Qoi => Ok(Encoded::whole(qoi::encode(picture))),
+        Format::Qoi => Ok(Encoded::whole(qoi::encode(picture, options.transfer))),
         Format::Jpeg => jpeg(picture, options.jpeg_quality).map(Encoded::whole),
         Format::Ppm => Ok(Encoded::whole(netpbm::ppm(picture))),
         Format::Pfm => Ok(Encoded::whole(netpbm::pfm(picture))),

@@ -57,6 +57,13 @@ pub enum TargetError {
         /// The name and what is known.
         unknown: UnknownFormat,
     },
+    /// This program was built without the format.
+    Unbuilt {
+        /// The path as given.
+        out: PathBuf,
+        /// What to do.
+        why: &'static str,
+    },
     /// More than one place for the frame number.
     TwoNumbers {
         /// The path as given.
@@ -113,6 +120,7 @@ impl fmt::Display for TargetError {
             Self::UnknownFormat { out, unknown } => {
                 write!(f, "the output {}: {unknown}", out.display())
             }
+            Self::Unbuilt { out, why } => write!(f, "the output {}: {why}", out.display()),
             Self::TwoNumbers { out } => write!(
                 f,
                 "the output {} has two places for the frame number: keep one run of # or one %04d",
@@ -188,12 +196,16 @@ impl Target {
             .map(|name| Format::from_name(name.strip_prefix('.').unwrap_or(name)))
             .transpose()
             .map_err(unknown)?;
+        let built = |format: Format| match format.unbuilt() {
+            Some(why) => Err(TargetError::Unbuilt { out: path.to_owned(), why }),
+            None => Ok(format),
+        };
         if out.is_empty() {
             return Err(TargetError::Empty);
         }
         if out == "-" {
             let usual = if frames > 1 { Format::Y4m } else { Format::Ppm };
-            return Ok(Self { format: named.unwrap_or(usual), place: Place::Stdout });
+            return Ok(Self { format: built(named.unwrap_or(usual))?, place: Place::Stdout });
         }
         let no_name = || TargetError::NoFileName { out: path.to_owned() };
         // `Path` overlooks a slash at the end.
@@ -211,6 +223,7 @@ impl Target {
                 return Err(TargetError::NoEnding { out: path.to_owned() });
             }
         };
+        let format = built(format)?;
         let slots = slots(name).map_err(|error| match error {
             SlotError::Almost(almost) => TargetError::AlmostNumber { out: path.to_owned(), almost },
             SlotError::TooManyDigits => TargetError::TooManyDigits { out: path.to_owned() },

@@ -5,7 +5,8 @@ mod common;
 
 use common::bytes;
 use reflet_film::{
-    Compression, FilmSink, FilmSpec, FilmWriter, Format, Fps, Target, manifest_path, read_sealed,
+    Compression, Dither, FilmSink, FilmSpec, FilmWriter, Format, Fps, Target, Transfer,
+    VideoQuality, manifest_path, read_sealed,
 };
 use std::io::ErrorKind;
 use std::process::Command;
@@ -17,7 +18,9 @@ fn spec(width: u32, height: u32) -> FilmSpec {
         height,
         fps: Fps::new(30_000, 1001).unwrap(),
         frames: 12,
+        transfer: Transfer::Srgb,
         compression: Compression::Fast,
+        dither: Dither::None,
         spool: None,
     }
 }
@@ -30,7 +33,7 @@ fn the_same_frames_give_the_same_bytes_and_come_back() {
     let write = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
-            let sink = FilmSink::open(&target).unwrap();
+            let sink = FilmSink::open(&target, VideoQuality::default(), Transfer::Srgb).unwrap();
             let mut writer = FilmWriter::new(sink, spec(66, 50)).unwrap();
             for step in 0..12 {
                 let frame = bytes(66, 50, 16, |x, y| [(x * 3 + step) as u8, (y * 5) as u8, 90]);

@@ -4,8 +4,8 @@ mod common;
 
 use common::{bytes, noise, rows};
 use reflet_film::{
-    Compression, FilmSink, FilmSpec, FilmWriter, Format, Fps, Picture, Pushed, Target, TileRect,
-    Unsealed, manifest_path, needs_manifest, read_sealed,
+    Compression, Dither, FilmSink, FilmSpec, FilmWriter, Format, Fps, Picture, Pushed, Target,
+    TileRect, Transfer, Unsealed, VideoQuality, manifest_path, needs_manifest, read_sealed,
 };
 use std::io::{self, Cursor, ErrorKind, Write};
 use std::path::PathBuf;
@@ -20,7 +20,9 @@ fn spec(format: Format, fps: u32, frames: u32) -> FilmSpec {
         height: HEIGHT,
         fps: Fps::new(fps, 1).unwrap(),
         frames,
+        transfer: Transfer::Srgb,
         compression: Compression::Fast,
+        dither: Dither::None,
         spool: None,
     }
 }
@@ -301,7 +303,7 @@ fn films_know_their_texts_and_whether_they_are_whole() {
         let path = folder.path().join(format!("f.{format}"));
         let target = Target::parse(path.as_os_str(), None, 6).unwrap();
         let write = |texts: &[(&str, &str)]| {
-            let sink = FilmSink::open(&target).unwrap();
+            let sink = FilmSink::open(&target, VideoQuality::default(), Transfer::Srgb).unwrap();
             let spool = Some(folder.path().to_owned());
             let spec = FilmSpec { spool, ..spec(format, 24, 6) };
             let mut writer = FilmWriter::new(sink, spec).unwrap();

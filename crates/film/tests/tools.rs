@@ -6,7 +6,8 @@ mod common;
 
 use common::{balls, bytes, noise, rows};
 use reflet_film::{
-    Compression, FilmSpec, FilmWriter, Format, Fps, Picture, SampleKind, StillOptions, encode_still,
+    Compression, Dither, FilmSpec, FilmWriter, Format, Fps, Picture, SampleKind, StillOptions,
+    Transfer, encode_still,
 };
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -164,7 +165,9 @@ fn save_film(folder: &Path, name: &str, format: Format, frames: &[Picture]) -> S
         height: layout.height(),
         fps: Fps::new(24, 1).unwrap(),
         frames: frames.len() as u32,
+        transfer: Transfer::Srgb,
         compression: Compression::Fast,
+        dither: Dither::None,
         spool: None,
     };
     let mut writer = FilmWriter::new(Vec::new(), spec).unwrap();

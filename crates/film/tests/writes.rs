@@ -31,7 +31,7 @@ fn a_file_appears_when_it_is_committed() {
     assert!(!path.exists());
     let strays = stray_files(path.parent().unwrap()).unwrap();
     assert_eq!(strays.len(), 1);
-    assert_eq!(strays[0].process, std::process::id());
+    assert!(strays[0].is_ours() && !strays[0].remove_orphan().unwrap());
     file.write_all(b" and half").unwrap();
     file.commit().unwrap();
     assert_eq!(fs::read(&path).unwrap(), b"half and half");
@@ -245,15 +245,17 @@ mod linux {
         let path = folder.path().join("a.png");
         fs::write(&path, b"old").unwrap();
         let mut process = process("abort", folder.path()).spawn().unwrap();
-        let number = process.id();
         assert!(!process.wait().unwrap().success());
         assert_eq!(fs::read(&path).unwrap(), b"old");
         let strays = stray_files(folder.path()).unwrap();
         assert_eq!(strays.len(), 1);
-        assert_eq!(strays[0].process, number);
+        assert!(!strays[0].is_ours());
         // The next run is not in its way.
         write(&path, b"new").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"new");
+        // Its lock has ended with it.
+        assert!(strays[0].remove_orphan().unwrap());
+        assert_eq!(names(folder.path()), ["a.png"]);
     }
 
     #[test]

@@ -202,6 +202,8 @@ pub enum RenderError {
         /// What the system said.
         error: std::io::Error,
     },
+    /// An output is an input, or another program's file: it would be lost.
+    Refused(crate::guard::Refusal),
     /// The picture is too large for this machine.
     Memory {
         /// Bytes that are needed.
@@ -227,6 +229,7 @@ impl std::fmt::Display for RenderError {
             RenderError::Output { frame, path, error } => {
                 write!(f, "frame {frame}: {}: {error}", path.display())
             }
+            RenderError::Refused(refusal) => write!(f, "{refusal}"),
             RenderError::Memory { needed, available } => write!(
                 f,
                 "a picture of this size needs {} MiB of memory and {} MiB are free; make it smaller",

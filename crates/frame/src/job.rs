@@ -3,7 +3,7 @@
 use crate::resume::Resume;
 use crate::tiles::TileChoice;
 use reflet_accel::Isa;
-use reflet_film::{Compression, Target};
+use reflet_film::{Compression, Dither, Target, VideoQuality};
 use std::num::NonZeroUsize;
 
 /// A render: which frames of a script, how, and where to.
@@ -29,6 +29,10 @@ pub struct Job {
     pub tile: Option<TileChoice>,
     /// How much time a smaller file is worth.
     pub compression: Compression,
+    /// How a GIF stands for colours that its palette lacks.
+    pub dither: Dither,
+    /// How well ffmpeg encodes a film.
+    pub quality: VideoQuality,
     /// Where the frames go.
     pub target: Target,
 }

@@ -1,10 +1,12 @@
 //! Frames that are on disk already, to a film. One frame at a time is in memory.
 
-use crate::output::spool;
+use crate::guard::Inputs;
+use crate::memory;
+use crate::output::FilmInfo;
 use crate::provenance::{FilmHasher, FilmSettings, Provenance};
 use reflet_film::{
-    Compression, FilmSink, FilmSpec, FilmWriter, Fps, Picture, Sample, SampleKind, Target,
-    Transfer, TransferTable, Unsealed, decode_still, texts,
+    Compression, Dither, FilmSink, FilmWriter, Fps, Picture, Sample, SampleKind, Target, Transfer,
+    TransferTable, Unsealed, VideoQuality, decode_still, read_sealed, still_head,
 };
 use std::io;
 use std::path::{Path, PathBuf};
@@ -15,6 +17,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub enum JoinError {
     /// A frame is missing, bad, or of another size: which, and what to do.
     Input(String),
+    /// The film is one of the frames, or it would take the place of another program's file.
+    Refused(crate::guard::Refusal),
     /// The film could not be written.
     Output(io::Error),
     /// The job was told to stop.
@@ -25,6 +29,7 @@ impl std::fmt::Display for JoinError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             JoinError::Input(message) => f.write_str(message),
+            JoinError::Refused(refusal) => write!(f, "{refusal}"),
             JoinError::Output(error) => write!(f, "{error}"),
             JoinError::Cancelled => f.write_str("stopped"),
         }
@@ -33,74 +38,81 @@ impl std::fmt::Display for JoinError {
 
 impl std::error::Error for JoinError {}
 
-/// Joins the frames at `paths`, in their order, to the film that `target` names. `joined` is told
-/// how many are in. Gives the film's length in bytes.
+/// How frames are joined.
+#[derive(Clone, Copy, Debug)]
+pub struct JoinOptions {
+    /// Frames a second.
+    pub fps: Fps,
+    /// How a GIF stands for colours that its palette lacks.
+    pub dither: Dither,
+    /// How well ffmpeg encodes the film.
+    pub quality: VideoQuality,
+}
+
+/// What is told while frames are joined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JoinEvent<'a> {
+    /// So many frames are in.
+    Joined(usize),
+    /// Something that the user may want to mend.
+    Warning(&'a str),
+}
+
+/// Joins the frames at `paths`, in their order, to the film that `target` names. Gives the film's
+/// length in bytes.
 ///
 /// # Errors
-/// A frame that is not there, damaged, no PNG, EXR or PPM, or of another size; the film; `cancel`
-/// was set.
+/// A frame that is not there, damaged, no still of the formats that a render writes, or of another
+/// size or transfer; the film; `cancel` was set.
 pub fn join(
     paths: &[PathBuf],
     target: &Target,
-    fps: Fps,
+    options: JoinOptions,
     cancel: &AtomicBool,
-    joined: &mut dyn FnMut(usize),
+    tell: &mut dyn FnMut(JoinEvent<'_>),
 ) -> Result<u64, JoinError> {
     let Some(path) = paths.first() else {
         return Err(JoinError::Input("there are no frames to join".to_owned()));
     };
-    let (first, mut made_from) = frame(path)?;
-    let mut hasher = FilmHasher::default();
-    let size = |picture: &Picture| (picture.layout().width(), picture.layout().height());
-    let (width, height) = size(&first);
-    let spec = FilmSpec {
+    Inputs::of(paths).spare_by(target, &[0]).map_err(JoinError::Refused)?;
+    let first = frame(path, None)?;
+    let (size, transfer) = (first.size(), first.transfer);
+    let settings = FilmSettings {
+        size,
+        fps: options.fps,
         format: target.format(),
-        width,
-        height,
-        fps,
-        frames: u32::try_from(paths.len())
-            .map_err(|_| JoinError::Input("there are too many frames".to_owned()))?,
         compression: Compression::default(),
-        spool: spool(target),
+        dither: options.dither,
+        quality: options.quality,
     };
+    let frames = u32::try_from(paths.len())
+        .map_err(|_| JoinError::Input("there are too many frames".to_owned()))?;
+    let spec = FilmInfo { settings, frames, transfer }.spec(target);
+    spec.warnings().iter().for_each(|warning| tell(JoinEvent::Warning(warning)));
     let output = JoinError::Output;
     crate::resume::sweep(target, &[0]).map_err(|(_, error)| output(error))?;
-    let sink = FilmSink::open(target).map_err(output)?;
+    let sink = FilmSink::open(target, options.quality, transfer).map_err(output)?;
     let mut film = FilmWriter::new(sink, spec).map_err(output)?;
+    let mut hasher = FilmHasher::default();
+    let mut told_by_all = true;
     let mut next = Some(first);
     for (index, path) in paths.iter().enumerate() {
         if cancel.load(Ordering::Relaxed) {
             return Err(JoinError::Cancelled);
         }
-        let picture = match next.take() {
-            Some(picture) => picture,
-            None => {
-                let (picture, of_frame) = frame(path)?;
-                made_from = made_from.and(of_frame);
-                picture
-            }
+        let still = match next.take() {
+            Some(still) => still,
+            None => frame(path, Some((size, transfer)))?,
         };
-        if let Some(frame) = &made_from {
-            hasher.push(frame);
+        match &still.made_from {
+            Some(made_from) => hasher.push(made_from),
+            None => told_by_all = false,
         }
-        if size(&picture) != (width, height) {
-            let (w, h) = size(&picture);
-            return Err(wrong(
-                path,
-                format!("it has {w}x{h} pixels, and the first frame {width}x{height}"),
-            ));
-        }
-        film.push(&picture).map_err(output)?;
-        joined(index + 1);
+        film.push(&still.picture).map_err(output)?;
+        tell(JoinEvent::Joined(index + 1));
     }
-    let settings = FilmSettings {
-        size: [width, height],
-        fps,
-        format: target.format(),
-        compression: Compression::default(),
-    };
     // Frames that do not all say what they were made from make a film that does not, either.
-    let wanted = made_from.filter(|_| !target.is_stdout()).map(|_| hasher.film(settings));
+    let wanted = (told_by_all && !target.is_stdout()).then(|| hasher.film(settings));
     film.commit(&wanted.as_ref().map(Provenance::texts).unwrap_or_default()).map_err(output)
 }
 
@@ -108,31 +120,72 @@ fn wrong(path: &Path, what: impl std::fmt::Display) -> JoinError {
     JoinError::Input(format!("{}: {what}", path.display()))
 }
 
-/// A frame's picture, and what its file says that it was made from.
-fn frame(path: &Path) -> Result<(Picture, Option<Provenance>), JoinError> {
+/// A frame on disk.
+struct Still {
+    /// Samples of 8 bits.
+    picture: Picture,
+    /// What they went through.
+    transfer: Transfer,
+    /// What its file says that it was made from.
+    made_from: Option<Provenance>,
+}
+
+impl Still {
+    fn size(&self) -> [u32; 2] {
+        [self.picture.layout().width(), self.picture.layout().height()]
+    }
+}
+
+/// Reads a frame, which is to be `like` the first one in size and transfer.
+fn frame(path: &Path, like: Option<([u32; 2], Transfer)>) -> Result<Still, JoinError> {
     if !path.is_file() {
         return Err(wrong(path, "there is no such frame"));
     }
-    let bytes = std::fs::read(path).map_err(|error| wrong(path, error))?;
     // A frame of ours knows whether it is whole.
-    let texts = match texts(&bytes) {
+    let texts = match read_sealed(path) {
         Err(error @ Unsealed::Damaged(_)) => {
             return Err(wrong(path, format!("{error}; render it again with --resume")));
         }
         texts => texts.unwrap_or_default(),
     };
+    let bytes = std::fs::read(path).map_err(|error| wrong(path, error))?;
+    let head = still_head(&bytes).map_err(|error| wrong(path, error))?;
+    let transfer = Provenance::transfer_of(&texts).or(head.transfer).unwrap_or_default();
+    let [width, height] = head.size;
+    if let Some(([w, h], first)) = like {
+        if head.size != [w, h] {
+            let what = format!("it has {width}x{height} pixels, and the first frame {w}x{h}");
+            return Err(wrong(path, what));
+        }
+        if transfer != first {
+            let name = |transfer| if transfer == Transfer::Linear { "linear" } else { "sRGB" };
+            let (transfer, first) = (name(transfer), name(first));
+            return Err(wrong(path, format!("it is {transfer}, and the first frame {first}")));
+        }
+    }
+    // As floats and as 8 bits, once more as rows, and in the film.
+    let needed = u64::from(width) * u64::from(height) * 24;
+    if let Some(free) = memory::available().filter(|free| needed > *free) {
+        let (needed, free) = (needed >> 20, free >> 20);
+        return Err(wrong(
+            path,
+            format!(
+                "it has {width}x{height} pixels, which take {needed} MiB, and {free} MiB are free"
+            ),
+        ));
+    }
     let picture = decode_still(&bytes).map_err(|error| wrong(path, error))?;
     let picture = match picture.kind() {
-        SampleKind::F32 => encoded(&picture).map_err(|error| wrong(path, error))?,
+        SampleKind::F32 => encoded(&picture, transfer).map_err(|error| wrong(path, error))?,
         _ => picture,
     };
-    Ok((picture, Provenance::of_frame(&texts)))
+    Ok(Still { picture, transfer, made_from: Provenance::of_frame(&texts) })
 }
 
 /// Intensities to 8 bits.
-fn encoded(floats: &Picture) -> Result<Picture, reflet_film::OutOfMemory> {
+fn encoded(floats: &Picture, transfer: Transfer) -> Result<Picture, reflet_film::OutOfMemory> {
     let mut picture = Picture::try_new(floats.layout(), SampleKind::U8)?;
-    let table = TransferTable::new(Transfer::Srgb, SampleKind::U8);
+    let table = TransferTable::new(transfer, SampleKind::U8);
     encode_picture(floats, &table, &mut picture);
     Ok(picture)
 }

@@ -16,12 +16,14 @@
 //! | [`tiles`], [`mod@merge`] | parts of one huge picture, and the whole |
 //! | [`mod@join`] | frames on disk to a film |
 //! | `writer` | the way to the thread that writes, and back |
+//! | [`guard`] | what must not be written over |
 //! | [`output`] | pictures to files, while the next frame is traced |
 //! | [`memory`] | what this machine has |
 
 pub mod changed;
 pub mod engine;
 pub mod event;
+pub mod guard;
 pub mod job;
 pub mod join;
 pub mod memory;
@@ -40,8 +42,9 @@ mod writer;
 pub use changed::{Changed, Thing};
 pub use engine::{Batch, Engine, EngineOptions};
 pub use event::{Event, FrameReport, RenderError, Summary};
+pub use guard::{Inputs, Refusal};
 pub use job::{Draft, Job, Reuse};
-pub use join::{JoinError, join};
+pub use join::{JoinError, JoinEvent, JoinOptions, join};
 pub use merge::{MergeError, Merged, merge};
 pub use resume::{Resume, Standing};
 pub use run::render;

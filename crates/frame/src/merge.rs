@@ -1,12 +1,12 @@
 //! Parts of one huge picture to the whole, byte for byte as if made in one piece.
 
+use crate::guard::{Inputs, Refusal};
 use crate::join::encode_picture;
 use crate::provenance::{FileSettings, Part, Provenance};
 use reflet_film::{
-    Compression, Format, Layout, Picture, SafeFile, SampleKind, StillOptions, Transfer,
-    TransferTable, decode_still, encode_sealed, manifest_path, texts,
+    Compression, Layout, Picture, SafeFile, SampleKind, StillOptions, Target, TransferTable,
+    decode_still, encode_sealed, manifest_path, texts,
 };
-use reflet_pack::TransferCurve;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -15,6 +15,8 @@ use std::path::{Path, PathBuf};
 pub enum MergeError {
     /// A part is missing, bad, or of another picture: what, and what to do.
     Input(String),
+    /// The whole is one of the parts, or would take the place of another program's file.
+    Refused(Refusal),
     /// The whole could not be written.
     Output(std::io::Error),
     /// The whole is too large for this machine.
@@ -25,6 +27,7 @@ impl std::fmt::Display for MergeError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             MergeError::Input(message) | MergeError::Memory(message) => f.write_str(message),
+            MergeError::Refused(refusal) => write!(f, "{refusal}"),
             MergeError::Output(error) => write!(f, "{error}"),
         }
     }
@@ -43,16 +46,17 @@ pub struct Merged {
     pub bytes: u64,
 }
 
-/// Merges the parts at `paths` into `out`.
+/// Merges the parts at `paths` into the file that `target` names.
 ///
 /// # Errors
 /// A part that is damaged, no part, or of another picture; a gap or an overlap; the output.
 pub fn merge(
     paths: &[PathBuf],
-    out: &Path,
-    format: Format,
+    target: &Target,
     compression: Compression,
 ) -> Result<Merged, MergeError> {
+    Inputs::of(paths).spare_by(target, &[0]).map_err(MergeError::Refused)?;
+    let (out, format) = (&target.path_for(0), target.format());
     let mut parts = Vec::new();
     for path in paths {
         parts.push((path, part(path)?));
@@ -82,10 +86,7 @@ pub fn merge(
     for (path, part) in &parts {
         paste(path, part, &mut floats)?;
     }
-    let transfer = match first.tile.transfer {
-        TransferCurve::Srgb => Transfer::Srgb,
-        TransferCurve::Linear => Transfer::Linear,
-    };
+    let transfer = crate::run::curve(first.tile.transfer);
     let kind = format.sample_kind();
     let picture = if kind == SampleKind::F32 {
         floats
@@ -97,7 +98,7 @@ pub fn merge(
     let settings = FileSettings { format, compression, ..first.settings };
     let provenance = Provenance::of_merged(&first.scene, settings);
     let text = provenance.texts();
-    let options = StillOptions { compression, text: &text, ..StillOptions::default() };
+    let options = StillOptions { compression, transfer, text: &text, ..StillOptions::default() };
     let write = || -> std::io::Result<u64> {
         let sealed = encode_sealed(&picture, format, &options, None)?;
         let mut file = SafeFile::create(out)?;

@@ -1,7 +1,7 @@
 //! What a file was made from, as it says itself.
 
 use crate::tiles::Tile;
-use reflet_film::{Compression, Format, Fps};
+use reflet_film::{Compression, Dither, Format, Fps, Transfer, VideoQuality};
 use reflet_pack::{Filter, SceneHash};
 
 /// The program and its version.
@@ -31,6 +31,8 @@ pub struct FileSettings {
     pub format: Format,
     /// How much time a smaller file was worth.
     pub compression: Compression,
+    /// What integer samples went through, or would.
+    pub transfer: Transfer,
 }
 
 /// The key of the program that made a file.
@@ -86,12 +88,19 @@ impl Provenance {
         }
     }
 
+    /// What the intensities of a frame on disk are to go through, given the texts of its file.
+    pub(crate) fn transfer_of(texts: &[(String, String)]) -> Option<Transfer> {
+        let settings = texts.iter().find(|(key, _)| key == SETTINGS_KEY);
+        settings.and_then(|(_, text)| FileSettings::told(text)).map(|settings| settings.transfer)
+    }
+
     /// Of a frame on disk, given the texts of its file, if joining such frames to a film gives what
     /// rendering the film would: the whole of a picture of 8 bits, by this version.
     pub(crate) fn of_frame(texts: &[(String, String)]) -> Option<Provenance> {
         let told = |key: &str| texts.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
         let settings = told(SETTINGS_KEY)?;
-        let exact = matches!(FileSettings::told(settings)?.format, Format::Png | Format::Ppm);
+        let exact =
+            matches!(FileSettings::told(settings)?.format, Format::Png | Format::Ppm | Format::Qoi);
         let whole = told(SOFTWARE_KEY) == Some(SOFTWARE) && told(TILE_KEY).is_none();
         let scene = told(SCENE_KEY)?.to_owned();
         (exact && whole).then(|| Provenance { scene, settings: settings.to_owned(), tile: None })
@@ -130,7 +139,7 @@ pub struct FilmHasher {
 
 impl Default for FilmHasher {
     fn default() -> Self {
-        let hasher = Box::new(blake3::Hasher::new_derive_key("reflet film 1"));
+        let hasher = Box::new(blake3::Hasher::new_derive_key("reflet film 2"));
         FilmHasher { hasher, frames: 0 }
     }
 }
@@ -147,12 +156,19 @@ impl FilmHasher {
 
     /// Of the film of all frames so far.
     pub fn film(&self, film: FilmSettings) -> Provenance {
-        let FilmSettings { size: [width, height], fps, format, compression } = film;
+        let FilmSettings { size: [width, height], fps, format, compression, dither, quality } =
+            film;
         let (fps, per) = (fps.numerator(), fps.denominator());
         let mut settings =
             format!("frames={} size={width}x{height} fps={fps}/{per} format={format}", self.frames);
         if format == Format::Apng {
             settings += &format!(" compression={}", name(compression));
+        }
+        if format == Format::Gif && dither != Dither::None {
+            settings += &format!(" dither={}", dither.name());
+        }
+        if format.is_by_ffmpeg() {
+            settings += &format!(" quality={}", quality.get());
         }
         Provenance { scene: self.hasher.finalize().to_string(), settings, tile: None }
     }
@@ -170,6 +186,10 @@ pub struct FilmSettings {
     pub format: Format,
     /// How much time a smaller file was worth.
     pub compression: Compression,
+    /// How a GIF stands for colours that its palette lacks.
+    pub dither: Dither,
+    /// How well ffmpeg encodes it.
+    pub quality: VideoQuality,
 }
 
 /// A tile's file: of which picture it is a part, and which.
@@ -190,8 +210,8 @@ fn name(compression: Compression) -> &'static str {
 
 impl std::fmt::Display for FileSettings {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let FileSettings { frame, size: [width, height], samples, filter, format, compression } =
-            self;
+        let FileSettings { frame, size: [width, height], samples, filter, .. } = self;
+        let FileSettings { format, compression, transfer, .. } = self;
         write!(f, "frame={frame} size={width}x{height} samples={samples}")?;
         if *filter != Filter::Box {
             write!(f, " filter={}", filter.name())?;
@@ -200,6 +220,9 @@ impl std::fmt::Display for FileSettings {
         // Others know one way only.
         if matches!(format, Format::Png | Format::Png16 | Format::Exr | Format::Exr16) {
             write!(f, " compression={}", name(*compression))?;
+        }
+        if *transfer == Transfer::Linear {
+            write!(f, " transfer=linear")?;
         }
         Ok(())
     }
@@ -221,6 +244,11 @@ impl FileSettings {
             filter: Filter::from_name(value("filter").unwrap_or(Filter::Box.name()))?,
             format: Format::from_name(value("format")?).ok()?,
             compression: all.into_iter().find(|c| name(*c) == compression)?,
+            transfer: match value("transfer") {
+                None => Transfer::Srgb,
+                Some("linear") => Transfer::Linear,
+                Some(_) => return None,
+            },
         })
     }
 }
@@ -235,9 +263,19 @@ mod tests {
             let size = [65_535, 1];
             let format = Format::Exr;
             for filter in Filter::ALL {
-                let settings =
-                    FileSettings { frame: 7, size, samples: 4, filter, format, compression };
-                assert_eq!(FileSettings::told(&settings.to_string()), Some(settings));
+                for transfer in [Transfer::Srgb, Transfer::Linear] {
+                    let (frame, samples) = (7, 4);
+                    let settings = FileSettings {
+                        frame,
+                        size,
+                        samples,
+                        filter,
+                        format,
+                        compression,
+                        transfer,
+                    };
+                    assert_eq!(FileSettings::told(&settings.to_string()), Some(settings));
+                }
             }
         }
         let filter = "frame=1 size=1x1 samples=1 filter=no format=exr";

@@ -58,8 +58,9 @@ pub(crate) fn told(path: &Path) -> Result<Vec<(String, String)>, Standing> {
     })
 }
 
-/// Removes what killed processes left of the files of `frames`, and tells what it was. Files of
-/// other names may be another machine's that is at work on the same folder.
+/// Removes what killed processes left of the files of `frames`, and tells what it was. What a living
+/// process is at work on stays, and so do files of other names: on file systems without locks they
+/// may be another machine's.
 ///
 /// # Errors
 /// A folder cannot be listed, or a file not removed; with the path.
@@ -84,13 +85,8 @@ pub fn sweep(target: &Target, frames: &[u32]) -> Result<Vec<PathBuf>, (PathBuf, 
         for stray in stray_files(&folder).map_err(|error| (folder.clone(), error))? {
             let whole = names.contains(std::ffi::OsStr::new(&stray.name));
             let ours = whole || names.iter().any(|name| stray.was_to_be(name));
-            if ours && stray.is_orphan() {
-                match std::fs::remove_file(&stray.path) {
-                    Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                        return Err((stray.path, error));
-                    }
-                    _ => swept.push(stray.path),
-                }
+            if ours && stray.remove_orphan().map_err(|error| (stray.path.clone(), error))? {
+                swept.push(stray.path);
             }
         }
     }

@@ -3,11 +3,12 @@
 use crate::changed::Changed;
 use crate::engine::{Batch, Engine, EngineOptions, Work, nanoseconds};
 use crate::event::{Event, Events, FrameReport, RenderError, Summary};
+use crate::guard::Inputs;
 use crate::job::{Draft, Job, Reuse};
 use crate::memory;
 use crate::output::{FilmInfo, Finished, Output};
 use crate::pictures::Pictures;
-use crate::provenance::{FileSettings, Provenance};
+use crate::provenance::{FileSettings, FilmSettings, Provenance};
 use crate::resume::{self, Resume, Standing};
 use crate::tiles::Tile;
 use crate::verify;
@@ -39,6 +40,9 @@ pub fn render(
     }
 
     let frames = frames(stage, job);
+    let inputs = stage.inputs();
+    let refused = RenderError::Refused;
+    Inputs::of(&inputs).spare_by(&job.target, &frames).map_err(refused)?;
     let film = job.target.format().is_film();
     if film && !job.target.is_stdout() && job.resume == Resume::Keep {
         let path = &job.target.path_for(0);
@@ -74,7 +78,9 @@ pub fn render(
     let ahead = if reuse == Reuse::Never { 1 } else { frames.len() };
     let pictures = Pictures::new(layout, kind, ahead, cache_bytes)?;
     engine.set_tree_budget(cache_bytes.saturating_sub(pictures.bytes()));
-    let info = FilmInfo { size, fps: fps(stage)?, frames: frames.len() as u32 };
+    let settings = film_settings(job, size, fps(stage)?);
+    let transfer = curve(packer.columns().model.transfer);
+    let info = FilmInfo { settings, frames: frames.len() as u32, transfer };
 
     let begin = Instant::now();
     let (isa, threads) = (engine.isa(), engine.threads());
@@ -83,8 +89,9 @@ pub fn render(
     if job.resume == Resume::Keep {
         sweep(job, &frames, events)?;
     }
-    let output = Output::open(job.target.clone(), job.compression, info, &pool);
+    let output = Output::open(job.target.clone(), info, &pool);
     let mut output = output.map_err(|failed| at_first(&frames, failed))?;
+    output.warnings().iter().for_each(|warning| events.tell(Event::Warning(warning)));
 
     let result = thread::scope(|scope| {
         let (finished, to_write) = channel::<Finished>();
@@ -106,14 +113,25 @@ pub fn render(
         let summary = Summary { isa, threads, ..Summary::default() };
         let writer = Writer { finished, written, under_way: 0, summary, events };
         let hasher = SceneHasher::default();
-        let run =
-            Run { job, engine, packer, hasher, tile, pictures, table: None, kind, writer, cancel };
+        let run = Run {
+            job,
+            engine,
+            packer,
+            hasher,
+            tile,
+            pictures,
+            table: None,
+            kind,
+            writer,
+            cancel,
+            inputs: inputs.len(),
+        };
         run.frames(stage, &frames)
     });
     // Files of frames that were written stand, whatever ended the job.
     match result {
         Ok(mut summary) => {
-            let ended = output.finish(frames.last().copied().unwrap_or(0))?;
+            let ended = output.finish(&frames)?;
             summary.bytes = ended.film.unwrap_or(summary.bytes);
             if ended.stood {
                 summary.remade = summary.frames;
@@ -123,7 +141,7 @@ pub fn render(
         }
         Err(error) => {
             if !film {
-                let _ = output.finish(0);
+                let _ = output.finish(&[]);
             }
             Err(error)
         }
@@ -142,6 +160,8 @@ struct Run<'a, 'e> {
     kind: SampleKind,
     writer: Writer<'e>,
     cancel: &'a AtomicBool,
+    /// Files that were read so far.
+    inputs: usize,
 }
 
 /// A frame that was packed and waits to be shaded.
@@ -203,6 +223,7 @@ impl Run<'_, '_> {
                 self.shade(&mut pending)?; // the frames before it stand
                 return Err(script_error(Some(frame), error));
             }
+            self.spare_new_inputs(stage, frames)?;
             let script_ns = lap();
             let joins = stage.with_scene(|scene| self.packer.only_recolours(scene));
             if !pending.frames.is_empty() && !joins {
@@ -243,6 +264,15 @@ impl Run<'_, '_> {
         }
     }
 
+    /// Looks at files that a frame was the first to read.
+    fn spare_new_inputs(&mut self, stage: &Stage, frames: &[u32]) -> Result<(), RenderError> {
+        let inputs = stage.inputs();
+        let new = inputs.get(self.inputs..).filter(|new| !new.is_empty());
+        self.inputs = inputs.len();
+        new.map_or(Ok(()), |new| Inputs::of(new).spare_by(&self.job.target, frames))
+            .map_err(RenderError::Refused)
+    }
+
     /// What the file of a frame is made from; `changes` are those of the last packing. The standard
     /// output says nothing of the kind.
     fn provenance(&mut self, frame: u32, changes: &Changes) -> Option<Provenance> {
@@ -280,6 +310,7 @@ impl Run<'_, '_> {
             pictures.push(self.writer.take(&mut self.pictures)?);
         }
         let columns = self.packer.columns();
+        let curve = curve(columns.model.transfer);
         let table = transfer(&mut self.table, columns.model.transfer, self.kind);
         let last = self.pictures.last();
         let batch = Batch {
@@ -301,7 +332,7 @@ impl Run<'_, '_> {
                 continue;
             }
             let report = told(report, &work, i);
-            self.writer.write(Finished { picture, report, provenance });
+            self.writer.write(Finished { picture, report, provenance, transfer: curve });
         }
         Ok(())
     }
@@ -345,6 +376,19 @@ pub(crate) fn settings(packer: &Packer, job: &Job, frame: u32) -> FileSettings {
         filter: if columns.samples > 1 { columns.view.filter } else { Filter::Box },
         format: job.target.format(),
         compression: job.compression,
+        transfer: curve(columns.model.transfer),
+    }
+}
+
+/// What decides the bytes of a film beside its frames.
+pub(crate) fn film_settings(job: &Job, size: [u32; 2], fps: Fps) -> FilmSettings {
+    FilmSettings {
+        size,
+        fps,
+        format: job.target.format(),
+        compression: job.compression,
+        dither: job.dither,
+        quality: job.quality,
     }
 }
 
@@ -397,15 +441,20 @@ pub(crate) fn script_error(frame: Option<u32>, error: ScriptError) -> RenderErro
     RenderError::Script { frame, error: Box::new(error) }
 }
 
+/// The curve that a scene names.
+pub(crate) fn curve(curve: TransferCurve) -> Transfer {
+    match curve {
+        TransferCurve::Srgb => Transfer::Srgb,
+        TransferCurve::Linear => Transfer::Linear,
+    }
+}
+
 fn transfer(
     table: &mut Option<TransferTable>,
     curve: TransferCurve,
     kind: SampleKind,
 ) -> &TransferTable {
-    let transfer = match curve {
-        TransferCurve::Srgb => Transfer::Srgb,
-        TransferCurve::Linear => Transfer::Linear,
-    };
+    let transfer = self::curve(curve);
     if table.as_ref().is_none_or(|t| t.transfer() != transfer) {
         *table = None;
     }

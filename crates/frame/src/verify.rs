@@ -2,7 +2,7 @@
 
 use crate::event::RenderError;
 use crate::job::Job;
-use crate::provenance::{FilmHasher, FilmSettings, Provenance};
+use crate::provenance::{FilmHasher, Provenance};
 use crate::resume::{self, Standing};
 use crate::run;
 use reflet_pack::SceneHasher;
@@ -66,8 +66,7 @@ pub(crate) fn film(
         hasher.push(&wanted);
     })?;
     let fps = run::fps(stage)?;
-    let (format, compression) = (job.target.format(), job.compression);
-    let wanted = hasher.film(FilmSettings { size, fps, format, compression });
+    let wanted = hasher.film(run::film_settings(job, size, fps));
     Ok(wanted.differs(&texts).map_or(Standing::Stands, Standing::Stale))
 }
 

@@ -52,8 +52,9 @@ impl Method {
 }
 
 /// Attribute names that the header holds already.
-const OWN_ATTRIBUTES: [&str; 8] = [
+const OWN_ATTRIBUTES: [&str; 9] = [
     "channels",
+    "chromaticities",
     "compression",
     "dataWindow",
     "displayWindow",
@@ -62,6 +63,9 @@ const OWN_ATTRIBUTES: [&str; 8] = [
     "screenWindowCenter",
     "screenWindowWidth",
 ];
+
+/// The primaries and the white of Rec. ITU-R BT.709: x and y of red, green, blue and white.
+const CHROMATICITIES: [f32; 8] = [0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290];
 
 fn attribute(header: &mut Vec<u8>, name: &str, kind: &str, value: &[u8]) {
     for text in [name, kind] {
@@ -90,6 +94,12 @@ fn header(picture: &Picture, half: bool, method: Method, text: &[(&str, &str)]) 
     let window: Vec<u8> =
         [0, 0, width - 1, height - 1].iter().flat_map(|corner| corner.to_le_bytes()).collect();
     attribute(&mut header, "channels", "chlist", &channels);
+    attribute(
+        &mut header,
+        "chromaticities",
+        "chromaticities",
+        &CHROMATICITIES.map(f32::to_le_bytes).concat(),
+    );
     attribute(&mut header, "compression", "compression", &[method.code()]);
     attribute(&mut header, "dataWindow", "box2i", &window);
     attribute(&mut header, "displayWindow", "box2i", &window);

@@ -19,6 +19,18 @@ pub(crate) struct Header {
     end: usize,
 }
 
+impl Header {
+    /// Width and height in pixels.
+    pub fn size(&self) -> Result<[u32; 2], String> {
+        let [left, top, right, bottom] = self.window.map(i64::from);
+        let edges = [right - left + 1, bottom - top + 1].map(u32::try_from);
+        let [Ok(width @ 1..), Ok(height @ 1..)] = edges else {
+            return Err("its size is broken".to_owned());
+        };
+        Ok([width, height])
+    }
+}
+
 fn cut() -> String {
     "it ends too early".to_owned()
 }
@@ -81,9 +93,7 @@ pub(crate) fn read_header(bytes: &[u8]) -> Result<Header, String> {
 /// What is wrong or not ours, in words.
 pub(crate) fn decode(bytes: &[u8]) -> Result<Picture, String> {
     let header = read_header(bytes)?;
-    let [left, top, right, bottom] = header.window.map(i64::from);
-    let edges = [right - left + 1, bottom - top + 1].map(u32::try_from);
-    let [Ok(width), Ok(height)] = edges else { return Err("its size is broken".to_owned()) };
+    let [width, height] = header.size()?;
     let layout = Layout::try_new(width, height, 16).map_err(|e| e.to_string())?;
     let sample = match channel_type(&header.channels) {
         Some(1) => 2,

@@ -1,9 +1,23 @@
 //! Animated PNG (PNG specification, third edition, 11.3.2), RGB of 8 bits.
 
-use super::{FilmSpec, Shot};
+use super::{FilmSpec, Fps, Shot};
 use crate::png;
 use rayon::prelude::*;
 use std::io::{self, Write};
+
+/// How long a frame stays: so many of so many to a second. Exact where the rate's fraction fits,
+/// otherwise rounded so that nothing drifts.
+fn delay(fps: Fps, index: u32) -> (u16, u16) {
+    let (long, short) = (fps.denominator(), fps.numerator());
+    if let (Ok(delay), Ok(unit)) = (u16::try_from(long), u16::try_from(short)) {
+        return (delay, unit);
+    }
+    let units = [60_000, 1000, 1].into_iter();
+    let mut fitting = units.filter_map(|unit: u16| {
+        Some((u16::try_from(fps.delay_of(index, unit.into())).ok()?, unit))
+    });
+    fitting.next().unwrap_or((u16::MAX, 1))
+}
 
 #[derive(Debug)]
 pub(super) struct ApngFilm<W> {
@@ -17,6 +31,7 @@ impl<W: Write> ApngFilm<W> {
     pub(super) fn new(mut sink: W, spec: &FilmSpec) -> io::Result<Self> {
         let mut bytes = png::SIGNATURE.to_vec();
         png::header_chunk(&mut bytes, spec.width, spec.height, 8);
+        png::colour_chunks(&mut bytes, spec.transfer);
         // Played without end.
         let plays = 0_u32.to_be_bytes();
         png::chunk(&mut bytes, b"acTL", &[&spec.frames.to_be_bytes(), &plays]);
@@ -37,11 +52,7 @@ impl<W: Write> ApngFilm<W> {
         for number in [stored.width, stored.height, stored.x, stored.y] {
             control.extend_from_slice(&number.to_be_bytes());
         }
-        let (numerator, denominator) = (spec.fps.denominator(), spec.fps.numerator());
-        let (delay, unit) = match (u16::try_from(numerator), u16::try_from(denominator)) {
-            (Ok(delay), Ok(unit)) => (delay, unit),
-            _ => (spec.fps.delay_of(shot.index, 1000), 1000),
-        };
+        let (delay, unit) = delay(spec.fps, shot.index);
         control.extend_from_slice(&delay.to_be_bytes());
         control.extend_from_slice(&unit.to_be_bytes());
         // Leave the frame standing, and overwrite the rectangle.
@@ -85,5 +96,26 @@ impl<W: Write> ApngFilm<W> {
 
     pub(super) fn finish(self) -> W {
         self.sink
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn delays_are_exact_or_do_not_drift() {
+        let exact = |numerator, denominator| delay(Fps::new(numerator, denominator).unwrap(), 7);
+        assert_eq!(exact(24000, 1001), (1001, 24000));
+        assert_eq!(exact(60, 1), (1, 60));
+        assert_eq!(exact(1, 1000), (1000, 1));
+        for (numerator, denominator) in [(120_000, 1001), (99_991, 1000), (70_001, 999_983)] {
+            let fps = Fps::new(numerator, denominator).unwrap();
+            let all = (0..1000).map(|index| delay(fps, index));
+            let length: f64 = all.map(|(delay, unit)| f64::from(delay) / f64::from(unit)).sum();
+            let wanted = 1000.0 * f64::from(denominator) / f64::from(numerator);
+            // Half of a unit.
+            assert!((length - wanted).abs() <= 0.5e-3, "{fps:?}: {length} {wanted}");
+        }
     }
 }

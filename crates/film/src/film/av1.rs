@@ -3,6 +3,7 @@
 //! The number of tiles is fixed, so that the bytes do not depend on the number of threads.
 
 use super::{FilmSpec, Shot, y4m};
+use crate::transfer::Transfer;
 use rav1e::prelude::*;
 use std::io::{self, ErrorKind, Write};
 
@@ -30,7 +31,10 @@ impl<W: Write> Av1Film<W> {
             pixel_range: PixelRange::Full,
             color_description: Some(ColorDescription {
                 color_primaries: ColorPrimaries::BT709,
-                transfer_characteristics: TransferCharacteristics::SRGB,
+                transfer_characteristics: match spec.transfer {
+                    Transfer::Srgb => TransferCharacteristics::SRGB,
+                    Transfer::Linear => TransferCharacteristics::Linear,
+                },
                 matrix_coefficients: MatrixCoefficients::BT601,
             }),
             quantizer: 60,

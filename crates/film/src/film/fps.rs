@@ -17,7 +17,11 @@ pub struct FpsError {
 
 impl fmt::Display for FpsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} frames a second: the rate must be from 0.001 to 1000000", self.rate)
+        write!(
+            f,
+            "{} frames a second: the rate must be from 0.001 to 1000000, as in 24, 29.97 or 24000/1001",
+            self.rate
+        )
     }
 }
 
@@ -61,6 +65,20 @@ impl Fps {
         Self::new((rate * 1000.0).round() as u32, 1000)
     }
 
+    /// The rate in `text`: a decimal number as [`Fps::from_f64`] takes it, or a fraction of two whole
+    /// numbers, as in 24000/1001.
+    pub fn from_text(text: &str) -> Result<Self, FpsError> {
+        let error = || FpsError { rate: text.to_owned() };
+        let Some((numerator, denominator)) = text.split_once('/') else {
+            return Self::from_f64(text.parse().map_err(|_| error())?);
+        };
+        let whole = |text: &str| {
+            let digits = !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+            text.parse::<u32>().ok().filter(|_| digits).ok_or_else(error)
+        };
+        Self::new(whole(numerator)?, whole(denominator)?)
+    }
+
     /// The fraction's upper part.
     pub fn numerator(self) -> u32 {
         self.numerator
@@ -80,11 +98,10 @@ impl Fps {
         ((2 * exact + fps) / (2 * fps)) as u64
     }
 
-    /// How long frame `index` lasts, in such units; at most 65535.
-    pub(crate) fn delay_of(self, index: u32, units: u32) -> u16 {
+    /// How long frame `index` lasts, in such units.
+    pub(crate) fn delay_of(self, index: u32, units: u32) -> u64 {
         let start = index.checked_sub(1).map_or(0, |i| self.end_of(i, units));
-        let delay = self.end_of(index, units) - start;
-        delay.min(u64::from(u16::MAX)) as u16
+        self.end_of(index, units) - start
     }
 }
 
@@ -106,6 +123,12 @@ mod tests {
         assert!(Fps::new(0, 1).is_err());
         assert!(Fps::new(1, 0).is_err());
         assert_eq!(Fps::new(48, 2), Fps::new(24, 1));
+        assert_eq!(Fps::from_text("24000/1001"), Fps::new(24000, 1001));
+        assert_eq!(Fps::from_text("29.97"), Fps::new(30000, 1001));
+        assert_eq!(Fps::from_text("60"), Fps::new(60, 1));
+        for wrong in ["", "x", "1/0", "0/1", "+1/1", "1/", "1/2/3", "-24", "1.5/2", "inf"] {
+            assert!(Fps::from_text(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]
@@ -115,7 +138,7 @@ mod tests {
             let fps = Fps::new(numerator, denominator).unwrap();
             let mut sum = 0;
             for index in 0..1000 {
-                sum += u64::from(fps.delay_of(index, 100));
+                sum += fps.delay_of(index, 100);
                 let exact =
                     100.0 * f64::from(index + 1) * f64::from(denominator) / f64::from(numerator);
                 assert!((sum as f64 - exact).abs() <= 0.5, "{fps:?} {index}");

@@ -7,14 +7,17 @@
 //! Then it is read again, frame by frame. So memory does not grow with the film's length, and the
 //! disk must hold about twice the film while it is made.
 
-use super::quantise::{Colours, Palette};
-use super::{FilmSpec, Shot};
+use super::quantise::{Colours, Palette, bin};
+use super::{Dither, FilmSpec, Shot, pace};
 use crate::picture::TileRect;
 use crate::safe::explain;
 use std::borrow::Cow;
 use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use tempfile::{SpooledTempFile, spooled_tempfile_in};
+
+/// The longest delay that a GIF can hold.
+const LONGEST: u32 = u16::MAX as u32;
 
 /// Bytes that wait in memory.
 const SPOOLED: usize = 1 << 20;
@@ -23,6 +26,8 @@ pub(super) struct GifFilm<W: Write> {
     sink: W,
     colours: Colours,
     spool: BufWriter<SpooledTempFile>,
+    /// Frames that wait.
+    frames: u32,
     /// Where `spool` goes, for messages.
     folder: PathBuf,
 }
@@ -47,12 +52,12 @@ const CHANGED: u8 = 1;
 /// to.
 struct Waiting {
     stored: TileRect,
-    delay: u16,
+    delay: u32,
     packed: u64,
 }
 
 impl Waiting {
-    const BYTES: usize = 26;
+    const BYTES: usize = 28;
 
     fn to_bytes(&self) -> Vec<u8> {
         let TileRect { x, y, width, height } = self.stored;
@@ -67,9 +72,9 @@ impl Waiting {
         spool.read_exact(&mut bytes)?;
         let word = |at: usize| u64::from(u32::from_le_bytes([0, 1, 2, 3].map(|i| bytes[at + i])));
         let [x, y, width, height] = [0, 4, 8, 12].map(|at| word(at) as u32);
-        let delay = u16::from_le_bytes([bytes[16], bytes[17]]);
+        let delay = word(16) as u32;
         let stored = TileRect { x, y, width, height };
-        Ok(Self { stored, delay, packed: word(18) | word(22) << 32 })
+        Ok(Self { stored, delay, packed: word(20) | word(24) << 32 })
     }
 }
 
@@ -94,7 +99,7 @@ impl<W: Write> GifFilm<W> {
     pub(super) fn new(sink: W, folder: Option<&Path>) -> Self {
         let folder = folder.map_or_else(std::env::temp_dir, Path::to_owned);
         let spool = BufWriter::new(spooled_tempfile_in(SPOOLED, &folder));
-        Self { sink, colours: Colours::default(), spool, folder }
+        Self { sink, colours: Colours::default(), spool, frames: 0, folder }
     }
 
     pub(super) fn push(&mut self, shot: &Shot<'_>, spec: &FilmSpec) -> io::Result<()> {
@@ -113,7 +118,8 @@ impl<W: Write> GifFilm<W> {
             }
         }
         let packed = miniz_oxide::deflate::compress_to_vec(&pixels, 1);
-        let delay = spec.fps.delay_of(shot.index, 100);
+        let delay = pace::hundredths(spec.fps, spec.frames, shot.index).unwrap_or(0) as u32;
+        self.frames += 1;
         let waiting = Waiting { stored, delay, packed: packed.len() as u64 };
         let spool = &mut self.spool;
         spool
@@ -132,8 +138,11 @@ impl<W: Write> GifFilm<W> {
         spool.rewind().map_err(waits)?;
         let mut spool = BufReader::new(spool);
         // One index is kept for "unchanged".
-        let spare = usize::from(spec.frames > 1);
+        let spare = usize::from(self.frames > 1);
         let palette = self.colours.palette(256 - spare);
+        // Where every colour is in the palette there is nothing to be dithered.
+        let dithers = spec.dither == Dither::Ordered && !palette.is_exact();
+        let nearest = dithers.then(|| palette.nearest());
         let transparent = (spare > 0).then_some(palette.colours().len() as u8);
         let mut colours = palette.colours().concat();
         if transparent.is_some() {
@@ -142,18 +151,19 @@ impl<W: Write> GifFilm<W> {
         let (width, height) = (spec.width as u16, spec.height as u16);
         let sink = Ending { sink: self.sink, ended: false };
         let mut encoder = gif::Encoder::new(sink, width, height, &colours).map_err(failed)?;
-        if spec.frames > 1 {
+        if self.frames > 1 {
             encoder.set_repeat(gif::Repeat::Infinite).map_err(failed)?;
         }
-        for index in 0..spec.frames {
+        for index in 0..self.frames {
             let Waiting { stored, delay, packed } = Waiting::read(&mut spool).map_err(waits)?;
             let mut bytes = vec![0; packed as usize];
             spool.read_exact(&mut bytes).map_err(waits)?;
             let pixels = miniz_oxide::inflate::decompress_to_vec(&bytes)
                 .map_err(|error| io::Error::other(format!("GIF: {error}")))?;
-            let buffer = indices(&pixels, &palette, transparent.unwrap_or(0));
+            let buffer =
+                indices(&pixels, stored, &palette, transparent.unwrap_or(0), nearest.as_deref());
             let frame = gif::Frame {
-                delay,
+                delay: delay.min(LONGEST) as u16,
                 dispose: gif::DisposalMethod::Keep,
                 transparent: transparent.filter(|_| index > 0),
                 top: stored.y as u16,
@@ -164,18 +174,72 @@ impl<W: Write> GifFilm<W> {
                 ..gif::Frame::default()
             };
             encoder.write_frame(&frame).map_err(failed)?;
+            // A longer delay than a GIF can hold is that of several frames; the others change nothing.
+            let mut rest = delay.saturating_sub(LONGEST);
+            while let (1.., Some(unchanged)) = (rest, transparent) {
+                let frame = gif::Frame {
+                    delay: rest.min(LONGEST) as u16,
+                    dispose: gif::DisposalMethod::Keep,
+                    transparent,
+                    width: 1,
+                    height: 1,
+                    buffer: Cow::Owned(vec![unchanged]),
+                    ..gif::Frame::default()
+                };
+                encoder.write_frame(&frame).map_err(failed)?;
+                rest = rest.saturating_sub(LONGEST);
+            }
         }
         encoder.get_mut().ended = true;
         Ok(encoder.into_inner().map_err(failed)?.sink)
     }
 }
 
-fn indices(pixels: &[u8], palette: &Palette, unchanged: u8) -> Vec<u8> {
-    let pixels = pixels.as_chunks::<4>().0.iter();
+fn indices(
+    pixels: &[u8],
+    stored: TileRect,
+    palette: &Palette,
+    unchanged: u8,
+    nearest: Option<&[u8]>,
+) -> Vec<u8> {
+    let width = stored.width as usize;
+    let pixels = pixels.as_chunks::<4>().0.iter().enumerate();
     pixels
-        .map(|pixel| match *pixel {
-            [CHANGED, r, g, b] => palette.index([r, g, b]),
+        .map(|(at, pixel)| match (*pixel, nearest) {
+            ([CHANGED, r, g, b], None) => palette.index([r, g, b]),
+            ([CHANGED, r, g, b], Some(nearest)) => {
+                let (x, y) = (stored.x as usize + at % width, stored.y as usize + at / width);
+                let lift = threshold(x, y);
+                let lifted = [r, g, b].map(|v| (i32::from(v) + lift).clamp(0, 255) as u8);
+                nearest[bin(lifted)]
+            }
             _ => unchanged,
         })
         .collect()
+}
+
+/// What ordered dithering adds to the samples of a pixel: -16 to 15, about half of the way from one
+/// colour to the next in a palette of 6 to 7 steps an axis. Its mean over 8 x 8 pixels is -1/2.
+fn threshold(x: usize, y: usize) -> i32 {
+    // Bayer's matrix: the bits of x xor y and of y, interleaved, the lowest bits first.
+    let (mixed, y) = (x ^ y, y);
+    let bit = |v: usize, i: usize| (v >> i) & 1;
+    let rank = (0..3).fold(0, |rank, i| rank << 2 | bit(mixed, i) << 1 | bit(y, i));
+    rank as i32 / 2 - 16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_are_spread_over_every_block() {
+        let mut all: Vec<i32> = (0..64).map(|i| threshold(i % 8 + 8, i / 8 + 40)).collect();
+        assert_eq!(threshold(0, 0), -16);
+        // Neighbours differ by half of the range.
+        assert_eq!(threshold(1, 0), 0);
+        all.sort_unstable();
+        let twice: Vec<i32> = (-16..16).flat_map(|v| [v, v]).collect();
+        assert_eq!(all, twice);
+    }
 }

@@ -3,25 +3,29 @@
 //! Frames stream: a film of any length takes the memory of a few frames. GIF, APNG and WebP store of
 //! each frame the rectangle that holds all pixels that changed, so rows that did not change are not
 //! stored twice. A frame equal to the one before is a patch of one pixel, so that the file has as
-//! many frames as the animation.
+//! many frames as the animation; only of a GIF that is faster than viewers, some are left out.
 
 mod apng;
 #[cfg(feature = "av1")]
 mod av1;
 pub(crate) mod closing;
+mod encoding;
 mod fps;
 mod gif;
+mod pace;
 mod quantise;
 mod sink;
 mod webp;
 mod y4m;
 
+pub use encoding::{Dither, VideoQuality};
 pub use fps::{Fps, FpsError};
 pub use sink::FilmSink;
 
 use crate::format::Format;
 use crate::picture::{Picture, TileRect};
 use crate::still::Compression;
+use crate::transfer::Transfer;
 use std::io::{self, ErrorKind, Write};
 use std::path::PathBuf;
 
@@ -38,8 +42,12 @@ pub struct FilmSpec {
     pub fps: Fps,
     /// Frames in all, at least 1. APNG says it at its head.
     pub frames: u32,
+    /// What the samples went through, which formats that can say it say.
+    pub transfer: Transfer,
     /// For APNG.
     pub compression: Compression,
+    /// For GIF.
+    pub dither: Dither,
     /// The folder for what must wait until all frames are known, in a file without a name (GIF);
     /// the system's own folder for such files if `None`.
     pub spool: Option<PathBuf>,
@@ -48,7 +56,7 @@ pub struct FilmSpec {
 /// What was stored of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pushed {
-    /// The pixels that were stored.
+    /// The pixels that were stored: none if the frame was left out.
     pub stored: TileRect,
     /// False if every pixel equals that of the frame before.
     pub changed: bool,
@@ -113,11 +121,8 @@ impl<W: Write> FilmWriter<W> {
             Format::Ivf => Codec::Av1(Box::new(av1::Av1Film::new(sink, &spec)?)),
             #[cfg(not(feature = "av1"))]
             Format::Ivf => {
-                return Err(io::Error::new(
-                    ErrorKind::Unsupported,
-                    "this program was built without AV1: build it with `--features av1`, or let \
-                     the output end in .mp4, .webp, .apng, .gif or .y4m",
-                ));
+                let why = Format::Ivf.unbuilt().unwrap_or_default();
+                return Err(io::Error::new(ErrorKind::Unsupported, why));
             }
             still => {
                 return Err(invalid(format!(
@@ -160,6 +165,13 @@ impl<W: Write> FilmWriter<W> {
         }
         if self.pushed == spec.frames {
             return Err(invalid(format!("the film was announced with {} frames", spec.frames)));
+        }
+        if spec.format == Format::Gif
+            && pace::hundredths(spec.fps, spec.frames, self.pushed).is_none()
+        {
+            self.pushed += 1;
+            let stored = TileRect { x: 0, y: 0, width: 0, height: 0 };
+            return Ok(Pushed { stored, changed: false });
         }
         std::mem::swap(&mut self.frame, &mut self.before);
         self.frame.clear();

@@ -2,6 +2,7 @@
 //! colours (after Heckbert's median cut, SIGGRAPH 1982, but the box and the axis of the greatest
 //! squared error are split, at the mean, as Wu does in Graphics Gems II). All in integers.
 
+use rayon::prelude::*;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
@@ -20,7 +21,7 @@ enum Lookup {
 const BINS: usize = 1 << 16;
 
 /// 5 bits of red, 6 of green, 5 of blue.
-fn bin([r, g, b]: [u8; 3]) -> usize {
+pub(super) fn bin([r, g, b]: [u8; 3]) -> usize {
     (usize::from(r >> 3) << 11) | (usize::from(g >> 2) << 5) | usize::from(b >> 3)
 }
 
@@ -158,6 +159,27 @@ impl Colours {
 impl Palette {
     pub(super) fn colours(&self) -> &[[u8; 3]] {
         &self.colours
+    }
+
+    /// Whether every colour stands for itself.
+    pub(super) fn is_exact(&self) -> bool {
+        matches!(self.lookup, Lookup::Exact(_))
+    }
+
+    /// For every [`bin`], the index of the colour nearest to its middle; also for those that no
+    /// colour of the film is in.
+    pub(super) fn nearest(&self) -> Vec<u8> {
+        let near = |bin: usize| {
+            let middle = [bin >> 11 << 3 | 4, (bin >> 5 & 63) << 2 | 2, (bin & 31) << 3 | 4];
+            let distance = |colour: &[u8; 3]| -> i64 {
+                let axes = colour.iter().zip(middle);
+                axes.map(|(value, middle)| (i64::from(*value) - middle as i64).pow(2)).sum()
+            };
+            let nearest =
+                self.colours.iter().enumerate().min_by_key(|(_, colour)| distance(colour));
+            nearest.map_or(0, |(index, _)| index as u8)
+        };
+        (0..BINS).into_par_iter().map(near).collect()
     }
 
     /// The index of the colour that stands for `colour`, one of those that the palette was made of.

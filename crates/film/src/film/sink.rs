@@ -1,11 +1,12 @@
 //! Where a film's bytes go.
 
-use super::{Patch, closing};
+use super::{Patch, VideoQuality, closing};
 use crate::ffmpeg::Ffmpeg;
 use crate::format::Format;
 use crate::safe::{Folders, SafeFile};
 use crate::seal::manifest_path;
 use crate::target::Target;
+use crate::transfer::Transfer;
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -29,16 +30,16 @@ enum To {
 }
 
 impl FilmSink {
-    /// Opens the film that `target` names.
+    /// Opens the film that `target` names. Of `quality` and `transfer`, only ffmpeg needs to know.
     ///
     /// # Errors
     /// It cannot be written; its format needs a file or ffmpeg, and there is none.
-    pub fn open(target: &Target) -> io::Result<Self> {
+    pub fn open(target: &Target, quality: VideoQuality, transfer: Transfer) -> io::Result<Self> {
         let format = target.format();
         let path = target.path_for(0);
         let mut manifest = (!target.is_stdout()).then(|| manifest_path(&path));
         let to = if matches!(format, Format::Mp4 | Format::Mkv) && !target.is_stdout() {
-            To::Ffmpeg(BufWriter::new(Ffmpeg::start(&path, format)?))
+            To::Ffmpeg(BufWriter::new(Ffmpeg::start(&path, format, quality, transfer)?))
         } else {
             let file = target.open(0)?;
             let through = file.temporary().is_none();

@@ -88,7 +88,8 @@ impl<W: Write> WebpFilm<W> {
         frame.extend_from_slice(&three(stored.y / 2));
         frame.extend_from_slice(&three(stored.width - 1));
         frame.extend_from_slice(&three(stored.height - 1));
-        frame.extend_from_slice(&three(spec.fps.delay_of(shot.index, 1000).into()));
+        // 24 bits hold more than four hours; the slowest rate has 17 minutes a frame.
+        frame.extend_from_slice(&three(spec.fps.delay_of(shot.index, 1000) as u32));
         // Overwrite the rectangle, and leave the frame standing.
         frame.push(2);
         // Of the still's own file, what comes after its RIFF header.

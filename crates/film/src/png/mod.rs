@@ -13,10 +13,11 @@ mod texts;
 use crate::bands::{self, Codec, KeptBands, Key, Piece};
 use crate::picture::{Picture, SampleKind};
 use crate::still::{Compression, Encoded, StillOptions};
+use crate::transfer::Transfer;
 use std::ops::Range;
 use std::sync::Arc;
 
-pub(crate) use texts::read_texts;
+pub(crate) use texts::{read_head, read_texts};
 
 pub(crate) const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 /// Deflate with a window of 32 KiB, no dictionary, "fastest" as the level.
@@ -47,6 +48,26 @@ pub(crate) fn header_chunk(out: &mut Vec<u8>, width: u32, height: u32, depth: u8
     let (width, height) = (width.to_be_bytes(), height.to_be_bytes());
     // Colour type 2 is RGB; then deflate, adaptive filters, not interlaced.
     chunk(out, b"IHDR", &[&width, &height, &[depth, 2, 0, 0, 0]]);
+}
+
+/// What the samples stand for: the curve, and the primaries and the white of sRGB (Rec. ITU-R BT.709),
+/// for readers of every age. (PNG specification, third edition, 11.3.2.)
+pub(crate) fn colour_chunks(out: &mut Vec<u8>, transfer: Transfer) {
+    let gamma: u32 = match transfer {
+        Transfer::Srgb => 45_455,
+        Transfer::Linear => 100_000,
+    };
+    if transfer == Transfer::Linear {
+        // BT.709 primaries, linear, RGB, full range (ITU-T H.273).
+        chunk(out, b"cICP", &[&[1, 8, 0, 1]]);
+    }
+    chunk(out, b"gAMA", &[&gamma.to_be_bytes()]);
+    let points: [u32; 8] = [31_270, 32_900, 64_000, 33_000, 30_000, 60_000, 15_000, 6_000];
+    chunk(out, b"cHRM", &[&points.map(u32::to_be_bytes).concat()]);
+    if transfer == Transfer::Srgb {
+        // Perceptual.
+        chunk(out, b"sRGB", &[&[0]]);
+    }
 }
 
 /// Text in ASCII as tEXt, other text as iTXt.
@@ -170,6 +191,7 @@ pub(crate) fn encode(
 
     let mut head = SIGNATURE.to_vec();
     header_chunk(&mut head, layout.width(), layout.height(), (pixel_bytes / 3 * 8) as u8);
+    colour_chunks(&mut head, options.transfer);
     text_chunks(&mut head, options.text);
     let mut adler = 1;
     for (index, piece) in pieces.iter().enumerate() {

@@ -1,7 +1,9 @@
 //! Reading back what a PNG file carries.
 
 use super::SIGNATURE;
+use crate::decode::StillHead;
 use crate::seal::CHECK;
+use crate::transfer::Transfer;
 use std::ops::Range;
 
 /// Keys and values, and where the whole chunk of the check is.
@@ -49,4 +51,35 @@ pub(crate) fn read_texts(bytes: &[u8]) -> Result<Texts, String> {
         }
         at = end;
     }
+}
+
+/// The size of a PNG, and what it says of its samples. As the specification has it, cICP counts before
+/// sRGB, and that before gAMA.
+///
+/// # Errors
+/// What is wrong, in words.
+pub(crate) fn read_head(bytes: &[u8]) -> Result<StillHead, String> {
+    let word = |at: usize| -> Result<u32, String> {
+        let four = bytes.get(at..at + 4).and_then(|four| four.try_into().ok());
+        four.map(u32::from_be_bytes).ok_or_else(|| "it ends too early".to_owned())
+    };
+    if bytes.get(12..16) != Some(b"IHDR") {
+        return Err("its header is broken".to_owned());
+    }
+    let size = [word(16)?, word(20)?];
+    let (mut at, mut found) = (SIGNATURE.len(), [None; 3]);
+    // What is cut off here is found to be broken where the pixels are read.
+    while let (Ok(length), Some(kind)) = (word(at), bytes.get(at + 4..at + 8)) {
+        let data = bytes.get(at + 8..).and_then(|rest| rest.get(..length as usize));
+        match (kind, data) {
+            (b"IDAT" | b"IEND", _) | (_, None) => break,
+            (b"cICP", Some([_, 8, ..])) => found[0] = Some(Transfer::Linear),
+            (b"cICP", Some([_, 13, ..])) => found[0] = Some(Transfer::Srgb),
+            (b"sRGB", _) => found[1] = Some(Transfer::Srgb),
+            (b"gAMA", Some([0, 1, 0x86, 0xa0])) => found[2] = Some(Transfer::Linear),
+            _ => {}
+        }
+        at += 12 + length as usize;
+    }
+    Ok(StillHead { size, transfer: found.into_iter().flatten().next() })
 }
