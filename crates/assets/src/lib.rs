@@ -109,6 +109,13 @@ impl Assets {
         self
     }
 
+    /// The same, with so many bytes for all textures and what reading one takes beside them, in place
+    /// of [`texture::MOST_BYTES`].
+    pub fn with_texture_memory(mut self, bytes: u64) -> Self {
+        self.budget = texture::Budget::new(bytes);
+        self
+    }
+
     /// The script's folder.
     pub fn root(&self) -> &Path {
         &self.folders[0]

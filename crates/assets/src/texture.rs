@@ -163,11 +163,16 @@ pub struct Budget {
 
 impl Default for Budget {
     fn default() -> Self {
-        Self { most: MOST_BYTES, held: Mutex::default() }
+        Self::new(MOST_BYTES)
     }
 }
 
 impl Budget {
+    /// Of so many bytes.
+    pub fn new(most: u64) -> Self {
+        Self { most, held: Mutex::default() }
+    }
+
     /// The texture in a file of this name given as its bytes, counted for as long as it lives.
     ///
     /// # Errors

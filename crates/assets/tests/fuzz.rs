@@ -9,6 +9,7 @@
 //! it says, no number that is not finite, and neither much time nor, by the limits, much memory.
 
 use reflet_assets::picture::{self, Room};
+use reflet_assets::shield::shielded;
 use reflet_assets::{AssetError, Cause, mesh};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -130,7 +131,9 @@ fn decoded(format: &str, bytes: &[u8]) -> Result<(), String> {
                 _ => missing.as_ref().map(|_| Vec::new()).map_err(Clone::clone),
             }
         };
-        let mesh = mesh::decode(Path::new(&name), file, &mut other).map_err(|error| {
+        let decode = || mesh::decode(Path::new(&name), file, &mut other);
+        let mesh = shielded(decode).map_err(|panic| format!("the file is broken ({panic})"))?;
+        let mesh = mesh.map_err(|error| {
             assert!(matches!(error.cause(), Cause::Broken | Cause::Missing | Cause::Forbidden));
             error.to_string()
         })?;

@@ -75,8 +75,8 @@ chunk('cICP-linear', bytes([1, 8, 0, 1]))
 chunk('cICP-pq', bytes([9, 16, 0, 1]))
 chunk('sRGB-', bytes([0]))
 rgb.copy().save('two.tif', save_all=True, append_images=[grey.copy()])
-rgb.copy().save('moving.png', save_all=True, append_images=[rgba.convert('RGB')])
-rgb.copy().save('moving.webp', save_all=True, append_images=[rgba.convert('RGB')], lossless=True)
+rgb.copy().save('moving.png', save_all=True, append_images=[grey.convert('RGB')])
+rgb.copy().save('moving.webp', save_all=True, append_images=[grey.convert('RGB')], lossless=True)
 ";
 
 /// Whether Python could do it; if it may not be skipped, it must.

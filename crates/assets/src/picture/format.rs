@@ -72,7 +72,7 @@ const READ_HERE: [(&[u8], Format); 19] = [
 ];
 
 /// First bytes of what is met among pictures and is not read.
-const FOREIGN: [(&[u8], &str); 47] = [
+const FOREIGN: [(&[u8], &str); 46] = [
     (b"GIF8", "a GIF"),
     (b"8BPS", "a Photoshop file (PSD)"),
     (b"gimp xcf", "a GIMP file (XCF)"),
@@ -102,7 +102,6 @@ const FOREIGN: [(&[u8], &str); 47] = [
     (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive"),
     (b"Rar!", "a RAR archive"),
     (b"\0\0\x01\0", "a Windows icon (ICO)"),
-    (b"\0\0\x02\0", "a Windows cursor (CUR)"),
     (b"icns", "a macOS icon (ICNS)"),
     (b"farbfeld", "a farbfeld picture"),
     (b"\x8aMNG", "an MNG animation"),
@@ -178,14 +177,16 @@ fn is_tga(bytes: &[u8]) -> bool {
     let Some(&[_, mapped, kind, rest @ ..]) = bytes.first_chunk::<18>() else { return false };
     let [.., depth, about] = rest;
     let entry = rest[4];
-    let map = match (mapped, kind) {
+    // A Windows cursor begins like a picture without a colour map, whose place then holds a count.
+    let plain = mapped == 1 || rest[..5] == [0; 5];
+    let agree = match (mapped, kind) {
         (1, 1 | 9) => matches!(entry, 15 | 16 | 24 | 32) && matches!(depth, 8 | 16),
         (0, 2 | 10) => matches!(depth, 15 | 16 | 24 | 32),
         (1, 2 | 10) => matches!(entry, 15 | 16 | 24 | 32) && matches!(depth, 15 | 16 | 24 | 32),
         (0, 3 | 11) => matches!(depth, 8 | 16),
         _ => false,
     };
-    map && about & 0xc0 == 0
+    plain && agree && about & 0xc0 == 0
 }
 
 #[cfg(test)]

@@ -167,11 +167,16 @@ pub(super) fn decode(bytes: &[u8], room: Room) -> Result<Raster, Fault> {
         return Err(broken(&message));
     }
     let whole = markers.scans.first().is_some_and(|first| usize::from(*first) == components);
-    if !frame.is_progressive() && (markers.scans.len() > 1 || !whole) {
+    let subsampled = frame.sampling.iter().any(|each| *each != frame.sampling[0]);
+    if !frame.is_progressive() && !whole && subsampled {
         return Err(unread("a baseline picture in several scans"));
     }
+    let widest = |axis: usize| frame.sampling.iter().map(|each| each[axis]).max().unwrap_or(0);
+    if (0..2).any(|axis| frame.sampling[0][axis] < widest(axis)) {
+        return Err(unread("a first component that is sampled less often than others"));
+    }
     // Three samples a pixel, and where scans follow each other two bytes for each coefficient.
-    let each = 3 + if frame.is_progressive() { 2 * components as u64 } else { 0 };
+    let each = 3 + if frame.is_progressive() || !whole { 2 * components as u64 } else { 0 };
     let count = room.pixels(frame.width.into(), frame.height.into(), each)?;
     let options = DecoderOptions::default()
         .set_max_width(super::LONGEST_EDGE as usize)
