@@ -44,6 +44,10 @@ fn jpegs_that_are_not_read_are_told_from_their_markers() {
     later[at + 5..at + 7].fill(0);
     assert!(refused(&later).contains("DNL"), "{}", refused(&later));
     assert!(refused(&whole[..whole.len() - 20]).contains("ends too early"));
+    // So many pixels cannot be in so few bytes.
+    let mut wide = whole.clone();
+    wide[at + 5..at + 9].copy_from_slice(&[16, 0, 16, 0]);
+    assert!(refused(&wide).contains("ends too early"));
     let mut fewer = whole.clone();
     fewer[at + 14] = 0x22;
     assert!(refused(&fewer).contains("sampled less often than others"), "{}", refused(&fewer));

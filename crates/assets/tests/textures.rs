@@ -163,7 +163,7 @@ fn faults_say_what_is_wrong() {
     let huge = decode(b"P6 65535 65535 255\n");
     assert_eq!(
         huge.message,
-        "has 65535 x 65535 pixels, which take 61438 MiB to read; pictures may take 1024 MiB in all: \
+        "has 65535 x 65535 pixels, which take 61439 MiB to read; pictures may take 1024 MiB in all: \
          make it smaller"
     );
     assert!(decode(b"P6 0 5 255\n").message.starts_with("has 0 x 5 pixels; edges are 1 to 65535"));

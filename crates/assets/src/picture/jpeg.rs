@@ -109,6 +109,20 @@ impl Frame {
         Some(Frame { kind, precision, height, width, sampling })
     }
 
+    /// The fewest bytes that its blocks of 8 x 8 samples take: a code for the mean, which a progressive
+    /// file has in a scan of its own, and one for the end of the block, of a bit each.
+    fn least_bytes(&self) -> u64 {
+        let widest = |axis: usize| self.sampling.iter().map(|each| each[axis]).max().unwrap_or(0);
+        let across = |length: u16, of: u8, most: u8| {
+            (u64::from(length) * u64::from(of)).div_ceil(8 * u64::from(most.max(1)))
+        };
+        let blocks = |[x, y]: &[u8; 2]| {
+            across(self.width, *x, widest(0)) * across(self.height, *y, widest(1))
+        };
+        let bits = if self.is_progressive() { 1 } else { 2 };
+        self.sampling.iter().map(blocks).sum::<u64>() * bits / 8
+    }
+
     fn is_progressive(&self) -> bool {
         self.kind == 0xc2
     }
@@ -178,6 +192,10 @@ pub(super) fn decode(bytes: &[u8], room: Room) -> Result<Raster, Fault> {
     // Three samples a pixel, and where scans follow each other two bytes for each coefficient.
     let each = 3 + if frame.is_progressive() || !whole { 2 * components as u64 } else { 0 };
     let count = room.pixels(frame.width.into(), frame.height.into(), each)?;
+    // The decoder fills in what is missing before an end.
+    if (bytes.len() as u64) < frame.least_bytes() {
+        return Err(Fault::byte(bytes.len(), "the file ends too early"));
+    }
     let options = DecoderOptions::default()
         .set_max_width(super::LONGEST_EDGE as usize)
         .set_max_height(super::LONGEST_EDGE as usize)

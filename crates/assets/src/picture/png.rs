@@ -17,11 +17,16 @@ pub(super) fn decode(bytes: &[u8], room: Room) -> Result<Raster, Fault> {
         true => Transformations::IDENTITY,
         false => Transformations::EXPAND,
     });
-    // The widest pixel has 8 bytes, and for a moment there are two of each.
-    let each = if depth == BitDepth::Sixteen { 16 } else { 5 };
-    room.pixels(width.into(), height.into(), each)?;
     let mut reader = decoder.read_info().map_err(broken)?;
     let length = reader.output_buffer_size().ok_or_else(|| Fault::file("is too large"))?;
+    let packed = (length as u64).div_ceil((u64::from(width) * u64::from(height)).max(1));
+    // Samples of 16 bits are there in bytes and in numbers, and colours beside their indices.
+    let each = match depth {
+        _ if indexed => packed + 4,
+        BitDepth::Sixteen => 2 * packed,
+        _ => packed,
+    };
+    room.pixels(width.into(), height.into(), each)?;
     let mut packed: Vec<u8> = zeros(length)?;
     let row = reader.output_line_size(width).ok_or_else(|| Fault::file("is too large"))?;
     reader.next_frame(&mut packed).map_err(broken)?;
