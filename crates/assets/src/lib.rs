@@ -9,8 +9,10 @@
 //! | [`ply`] | PLY |
 //! | [`stl`] | STL |
 //! | [`mod@gltf`] | glTF and GLB |
-//! | [`texture`] | PNG, JPEG, EXR and PPM to [`Texture`] |
+//! | [`picture`] | PNG, JPEG, EXR and others to samples |
 //! | [`png`] | PNG to 8-bit pixels |
+//! | [`texture`] | those to [`Texture`], and the memory of all of them |
+//! | [`shield`] | a decoder's panic to an error |
 //! | [`error`] | what is wrong with a file: missing, forbidden or broken, with its line or byte |
 //! | `finish` | what all mesh formats end with |
 //! | `words` | text files, word by word |
@@ -36,8 +38,10 @@ pub mod jail;
 pub mod mesh;
 pub mod mtl;
 pub mod obj;
+pub mod picture;
 pub mod ply;
 pub mod png;
+pub mod shield;
 pub mod stl;
 pub mod texture;
 mod words;
@@ -47,6 +51,7 @@ use reflet_scene::{MeshData, Texture};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use texture::Encoding;
 
 /// The files of one scene, each read once.
 ///
@@ -56,6 +61,7 @@ pub struct Assets {
     /// Where files are looked for, in this order; the first is the script's own.
     folders: Vec<PathBuf>,
     read: Mutex<Read>,
+    budget: texture::Budget,
 }
 
 #[derive(Debug, Default)]
@@ -90,23 +96,23 @@ impl std::fmt::Display for Note {
     }
 }
 
-/// A file that was found: in which folder, under which name, and where it is in truth.
-struct Found {
-    folder: PathBuf,
-    shown: PathBuf,
-    place: PathBuf,
-}
-
 impl Assets {
     /// The files below `root`, the script's folder; an empty path is the current folder.
     pub fn new(root: PathBuf) -> Self {
         let root = if root.as_os_str().is_empty() { PathBuf::from(".") } else { root };
-        Self { folders: vec![root], read: Mutex::default() }
+        Self { folders: vec![root], read: Mutex::default(), budget: texture::Budget::default() }
     }
 
     /// The same, and the files below `folders`: what is not in one is looked for in the next.
     pub fn with_folders(mut self, folders: impl IntoIterator<Item = PathBuf>) -> Self {
         self.folders.extend(folders);
+        self
+    }
+
+    /// The same, with so many bytes for all textures and what reading one takes beside them, in place
+    /// of [`texture::MOST_BYTES`].
+    pub fn with_texture_memory(mut self, bytes: u64) -> Self {
+        self.budget = texture::Budget::new(bytes);
         self
     }
 
@@ -125,61 +131,74 @@ impl Assets {
     /// see [`Cause`].
     pub fn mesh(&self, file: &str) -> Result<Arc<MeshData>, AssetError> {
         let mut read = self.lock();
-        let found = self.find(&mut read, file)?;
-        if let Some(mesh) = read.meshes.get(&found.place) {
+        let (folder, found) = self.open(&mut read, file)?;
+        if let Some(mesh) = read.meshes.get(found.place()) {
             return Ok(mesh.clone());
         }
-        let bytes = jail::bytes(&found.place, &found.shown)?;
+        let bytes = found.bytes()?;
         let beside = Path::new(file).parent().unwrap_or(Path::new(""));
         // What a mesh needs stands in the same folder as the mesh, or below it.
         let mut other = |name: &str| {
             let relative = beside.join(name);
-            let shown = found.folder.join(&relative);
+            let shown = folder.join(&relative);
             read.asks(shown.clone());
-            let place = match relative.to_str() {
-                Some(relative) => jail::find(&found.folder, relative)?,
-                None => return Err(AssetError::missing(&shown, "the name is not UTF-8")),
-            };
-            jail::bytes(&place, &shown)
+            match relative.to_str() {
+                Some(relative) => jail::open(&folder, relative)?.bytes(),
+                None => Err(AssetError::missing(&shown, "the name is not UTF-8")),
+            }
         };
-        let mesh::MeshFile { data, notes } = mesh::decode(&found.shown, &bytes, &mut other)?;
-        let path = &found.shown;
+        let path = found.shown();
+        let decoded = shield::shielded(|| mesh::decode(path, &bytes, &mut other));
+        let mesh::MeshFile { data, notes } = decoded.unwrap_or_else(|panic| {
+            Err(AssetError::broken(path, Fault::file(format!("the file is broken ({panic})"))))
+        })?;
         if !notes.is_empty() {
-            read.notes.push(Note { path: path.clone(), message: notes.join("; ") });
+            read.notes.push(Note { path: path.into(), message: notes.join("; ") });
         }
         let mesh = Arc::new(data);
-        read.meshes.insert(found.place, mesh.clone());
+        read.meshes.insert(found.place().into(), mesh.clone());
         Ok(mesh)
     }
 
-    /// The texels of a PNG, JPEG, EXR or PPM file, by a path relative to the folder. The bytes tell
-    /// the format.
+    /// The texels of a picture, by a path relative to the folder. The bytes tell the format; see
+    /// [`picture::format`].
     ///
-    /// A file that is asked for twice is read once, and its texels are shared.
+    /// A file that is asked for twice is read once, and its texels are shared. Where memory is short,
+    /// those that nothing wears any longer are given up, and read again when they are asked for.
     ///
     /// # Errors
-    /// The file is missing, outside the folder, no regular file, or broken; see [`Cause`].
+    /// The file is missing, outside the folder, no regular file, broken, or too large together with
+    /// the other textures of the scene; see [`Cause`].
     pub fn texture(&self, file: &str) -> Result<Arc<Texture>, AssetError> {
         let mut read = self.lock();
-        let found = self.find(&mut read, file)?;
-        if let Some(texture) = read.textures.get(&found.place) {
+        let (_, found) = self.open(&mut read, file)?;
+        if let Some(texture) = read.textures.get(found.place()) {
             return Ok(texture.clone());
         }
-        let bytes = jail::bytes(&found.place, &found.shown)?;
-        let texture = texture::decode(&bytes);
-        let texture = Arc::new(texture.map_err(|fault| AssetError::broken(&found.shown, fault))?);
-        read.textures.insert(found.place, texture.clone());
+        let bytes = found.bytes()?;
+        let decode = || self.budget.texture(found.shown(), &bytes, Encoding::Told);
+        let texture::Read { texture, notes, .. } = decode().or_else(|error| {
+            let before = read.textures.len();
+            read.textures.retain(|_, texture| Arc::strong_count(texture) > 1);
+            if read.textures.len() < before { decode() } else { Err(error) }
+        })?;
+        for message in notes {
+            let note = Note { path: found.shown().into(), message };
+            if !read.notes.contains(&note) {
+                read.notes.push(note);
+            }
+        }
+        read.textures.insert(found.place().into(), texture.clone());
         Ok(texture)
     }
 
-    /// The first folder's file of this name.
-    fn find(&self, read: &mut Read, file: &str) -> Result<Found, AssetError> {
+    /// The first folder that has a file of this name, and the file.
+    fn open(&self, read: &mut Read, file: &str) -> Result<(PathBuf, jail::Inside), AssetError> {
         let mut missing = None;
         for folder in &self.folders {
-            let shown = folder.join(file);
-            read.asks(shown.clone());
-            match jail::find(folder, file) {
-                Ok(place) => return Ok(Found { folder: folder.clone(), shown, place }),
+            read.asks(folder.join(file));
+            match jail::open(folder, file) {
+                Ok(found) => return Ok((folder.clone(), found)),
                 Err(error) if error.cause() == Cause::Missing => {
                     // The script's own folder is the one to tell of.
                     missing.get_or_insert(error);

@@ -1,7 +1,9 @@
-//! PNG to 8-bit red, green and blue.
+//! PNG to 8-bit red, green and blue, as frames of films need it.
 
-use png::{BitDepth, Decoder, Transformations};
-use std::io::Cursor;
+use crate::picture::{self, Room, Samples, format::Format};
+
+/// The memory that a frame may take while it is decoded, in bytes.
+const MOST_BYTES: u64 = 4 << 30;
 
 /// A decoded picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,29 +22,28 @@ pub struct Rgb8 {
 /// # Errors
 /// What is wrong with the file, in words.
 pub fn decode(bytes: &[u8]) -> Result<Rgb8, String> {
-    let mut decoder = Decoder::new(Cursor::new(bytes));
-    decoder.set_transformations(Transformations::EXPAND);
-    let mut reader = decoder.read_info().map_err(|error| error.to_string())?;
-    let (width, height) = reader.info().size();
-    let (colour, depth) = reader.output_color_type();
-    let length = reader.output_buffer_size().ok_or("it is larger than the address space")?;
-    let mut samples = Vec::new();
-    samples.try_reserve_exact(length).map_err(|_| "there is no memory for it".to_owned())?;
-    samples.resize(length, 0);
-    reader.next_frame(&mut samples).map_err(|error| error.to_string())?;
-    if depth == BitDepth::Sixteen {
-        let pairs = samples.as_chunks::<2>().0.iter();
-        // 65535 is 255 times 257.
-        let round = |pair: &[u8; 2]| ((u32::from(u16::from_be_bytes(*pair)) + 128) / 257) as u8;
-        samples = pairs.map(round).collect();
+    if picture::format::of(bytes).map_err(|fault| fault.message)? != Format::Png {
+        return Err("is no PNG".to_owned());
     }
-    let mut pixels = Vec::with_capacity(width as usize * height as usize * 3);
-    for pixel in samples.chunks_exact(colour.samples()) {
+    let room = Room { most: MOST_BYTES, left: MOST_BYTES, made: 3 };
+    let raster = picture::decode(bytes, room).map_err(|fault| fault.message)?;
+    let samples = match raster.samples {
+        Samples::U8(samples) => samples,
+        // 65535 is 255 times 257.
+        Samples::U16 { values, .. } => {
+            values.iter().map(|value| ((u32::from(*value) + 128) / 257) as u8).collect()
+        }
+        Samples::F32(_) => return Err("its samples are no integers".to_owned()),
+    };
+    let count = raster.width as usize * raster.height as usize * 3;
+    let mut pixels = Vec::new();
+    pixels.try_reserve_exact(count).map_err(|_| "there is no memory for it".to_owned())?;
+    for pixel in samples.chunks_exact(raster.channels) {
         match *pixel {
             [r, g, b] | [r, g, b, _] => pixels.extend_from_slice(&[r, g, b]),
-            [grey] | [grey, _] => pixels.extend_from_slice(&[grey; 3]),
-            _ => {}
+            [grey, ..] => pixels.extend_from_slice(&[grey; 3]),
+            [] => {}
         }
     }
-    Ok(Rgb8 { width, height, pixels })
+    Ok(Rgb8 { width: raster.width, height: raster.height, pixels })
 }

@@ -1,58 +1,82 @@
-//! PNG, JPEG, OpenEXR and PPM to texels in linear intensities.
+//! Pictures to texels in linear intensities.
 //!
-//! The bytes tell the format. Samples of 8 and 16 bits go through the curve of sRGB (IEC 61966-2-1),
-//! whatever a file says of its colours; EXR is taken as it is. Transparency is left out, and grey
-//! becomes three equal numbers.
+//! Samples of 8 and 16 bits go through the curve that their file tells of, that of sRGB (IEC
+//! 61966-2-1) where it tells of none; floats are taken as they are. Grey becomes three equal numbers.
+//! Transparency, primaries and profiles are left out, which a note says.
 
-use crate::error::Fault;
+use crate::error::{AssetError, Fault};
+use crate::picture::{self, Curve, Orientation, Raster, Room, Samples};
 use reflet_scene::Texture;
-use std::io::Cursor;
-use zune_core::colorspace::ColorSpace;
-use zune_core::options::DecoderOptions;
-use zune_jpeg::JpegDecoder;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// The most texels: 1.6 GB.
-pub const MOST_TEXELS: u64 = 1 << 27;
+/// The memory that all textures of a scene may take, and what decoding one takes beside them, in
+/// bytes: 8,192 x 8,192 texels fit.
+pub const MOST_BYTES: u64 = 1 << 30;
 
-/// The longest edge.
-pub const LONGEST_EDGE: u32 = 65_535;
+/// The most texels of a scene.
+pub const MOST_TEXELS: u64 = MOST_BYTES / TEXEL;
 
-/// The texture in a file given as its bytes.
+/// What a texel takes.
+const TEXEL: u64 = size_of::<[f32; 3]>() as u64;
+
+/// How samples become numbers, and whether a picture is turned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Encoding {
+    /// As the file says of itself.
+    #[default]
+    Told,
+    /// Colours in sRGB, whatever the file says of itself (as glTF has it).
+    Srgb,
+    /// Numbers that are no colours: as they are, whatever the file says of itself.
+    Linear,
+}
+
+/// A picture that was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Read {
+    /// Its texels.
+    pub texture: Arc<Texture>,
+    /// Whether a pixel of the file is not opaque, which the texels do not tell.
+    pub transparent: bool,
+    /// What the file says and is left out; with [`Encoding::Told`] transparency, too.
+    pub notes: Vec<String>,
+}
+
+/// The texture in a file given as its bytes, of which the first tell the format, as it says of
+/// itself.
 ///
 /// # Errors
-/// What is no such file, is broken or too large, or holds numbers that are not finite; where the
-/// decoder does not tell a place, of the whole file.
+/// What is no picture that is read, is broken or too large, or holds numbers that are not finite;
+/// where the decoder does not tell a place, of the whole file.
 pub fn decode(bytes: &[u8]) -> Result<Texture, Fault> {
-    if bytes.starts_with(b"\x89PNG\r\n\x1a\n") {
-        png(bytes)
-    } else if bytes.starts_with(&[0xff, 0xd8]) {
-        jpeg(bytes)
-    } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        exr(bytes)
-    } else if bytes.starts_with(b"P6") || bytes.starts_with(b"P5") {
-        netpbm(bytes)
-    } else {
-        Err(Fault::file("is no PNG, JPEG, EXR or PPM file"))
-    }
+    read(bytes, Encoding::Told).map(|read| Arc::unwrap_or_clone(read.texture))
 }
 
-/// How many texels there are, if they are not too many.
-fn texels(width: u64, height: u64) -> Result<usize, Fault> {
-    let edges = 1..=u64::from(LONGEST_EDGE);
-    if !edges.contains(&width) || !edges.contains(&height) || width * height > MOST_TEXELS {
-        let message = format!(
-            "has {width} x {height} texels; edges are 1 to {LONGEST_EDGE}, and all together at most \
-             {MOST_TEXELS}"
-        );
-        return Err(Fault::file(message));
-    }
-    Ok((width * height) as usize)
+/// The same, with samples taken for what the caller knows them to be, and what is left out.
+///
+/// # Errors
+/// As [`decode`].
+pub fn read(bytes: &[u8], encoding: Encoding) -> Result<Read, Fault> {
+    within(bytes, encoding, Room { most: MOST_BYTES, left: MOST_BYTES, made: TEXEL })
 }
 
-fn reserved<T>(count: usize) -> Result<Vec<T>, Fault> {
-    let mut all = Vec::new();
-    all.try_reserve_exact(count).map_err(|_| Fault::file("there is no memory for its texels"))?;
-    Ok(all)
+fn within(bytes: &[u8], encoding: Encoding, room: Room) -> Result<Read, Fault> {
+    let mut raster = picture::decode(bytes, room)?;
+    let transparent = raster.is_transparent();
+    let mut notes = std::mem::take(&mut raster.notes);
+    match encoding {
+        Encoding::Told if transparent => notes.push("its transparency is left out".to_owned()),
+        Encoding::Told => {}
+        Encoding::Srgb => raster.curve = Curve::Srgb,
+        Encoding::Linear => raster.curve = Curve::Linear,
+    }
+    if encoding != Encoding::Told {
+        raster.orientation = Orientation::NoTransforms;
+        notes.clear();
+    }
+    let texture = Arc::new(texels(&raster)?);
+    Ok(Read { texture, transparent, notes })
 }
 
 /// sRGB to linear, of a sample in 0..=1.
@@ -64,212 +88,109 @@ fn linear(sample: f64) -> f32 {
     linear as f32
 }
 
-/// The intensities of all samples of 8 bits.
-fn table8() -> [f32; 256] {
-    std::array::from_fn(|sample| linear(sample as f64 / 255.0))
-}
-
 /// The intensities of all samples up to `most`.
-fn table16(most: u32) -> Vec<f32> {
-    (0..=most).map(|sample| linear(f64::from(sample) / f64::from(most))).collect()
-}
-
-/// Pixels of one to four samples, of which one is grey, two grey and opacity, four colour and opacity.
-fn rgb(pixel: &[f32]) -> [f32; 3] {
-    match *pixel {
-        [r, g, b, ..] => [r, g, b],
-        [grey, ..] => [grey; 3],
-        [] => [0.0; 3],
+fn table(curve: Curve, most: u16) -> Vec<f32> {
+    let samples = (0..=most).map(|sample| f64::from(sample) / f64::from(most));
+    match curve {
+        Curve::Srgb => samples.map(linear).collect(),
+        Curve::Linear => samples.map(|sample| sample as f32).collect(),
+        Curve::Power(power) => samples.map(|sample| libm::pow(sample, power) as f32).collect(),
     }
 }
 
-fn png(bytes: &[u8]) -> Result<Texture, Fault> {
-    let broken = |error: png::DecodingError| Fault::file(format!("the PNG is broken: {error}"));
-    let mut decoder = png::Decoder::new(Cursor::new(bytes));
-    decoder.set_transformations(png::Transformations::EXPAND);
-    let mut reader = decoder.read_info().map_err(broken)?;
-    let (width, height) = reader.info().size();
-    let count = texels(width.into(), height.into())?;
-    let (colour, depth) = reader.output_color_type();
-    let length = reader.output_buffer_size().ok_or_else(|| Fault::file("is too large"))?;
-    let mut samples: Vec<u8> = reserved(length)?;
-    samples.resize(length, 0);
-    reader.next_frame(&mut samples).map_err(broken)?;
-    // To the end, so that what comes after the picture is held against its checksums.
-    reader.finish().map_err(broken)?;
-    let channels = colour.samples();
-    let mut all = reserved(count)?;
-    if depth == png::BitDepth::Sixteen {
-        let table = table16(65_535);
-        for pixel in samples.chunks_exact(2 * channels).take(count) {
-            let mut values = [0.0; 4];
-            for (value, pair) in values.iter_mut().zip(pixel.as_chunks::<2>().0) {
-                *value = table[usize::from(u16::from_be_bytes(*pair))];
-            }
-            all.push(rgb(&values[..channels]));
+fn texels(raster: &Raster) -> Result<Texture, Fault> {
+    match &raster.samples {
+        Samples::U8(values) => {
+            let table = table(raster.curve, 255);
+            turned(raster, values, |sample| table[usize::from(sample)])
         }
-    } else {
-        let table = table8();
-        for pixel in samples.chunks_exact(channels).take(count) {
-            let mut values = [0.0; 4];
-            for (value, sample) in values.iter_mut().zip(pixel) {
-                *value = table[usize::from(*sample)];
-            }
-            all.push(rgb(&values[..channels]));
+        Samples::U16 { values, most } => {
+            let table = table(raster.curve, *most);
+            turned(raster, values, |sample| table[usize::from(sample)])
         }
+        Samples::F32(values) => turned(raster, values, |sample| sample),
     }
-    whole(width, height, all)
 }
 
-/// Whether the marker of a JPEG's end comes after its first scan (ITU-T T.81, annex B): before that
-/// there may be another picture, small, with an end of its own.
-fn has_end(bytes: &[u8]) -> bool {
-    let mut at = 2;
-    while let Some(&[0xff, kind]) = bytes.get(at..at + 2) {
-        match (kind, bytes.get(at + 2..at + 4)) {
-            (0xda, _) => return bytes[at..].windows(2).any(|pair| pair == [0xff, 0xd9]),
-            (0xff, _) => at += 1,
-            (0x01 | 0xd0..=0xd7, _) => at += 2,
-            (_, Some(&[high, low])) => at += 2 + usize::from(u16::from_be_bytes([high, low])),
-            _ => return false,
+/// Texels, with the picture turned as its file says.
+fn turned<T: Copy>(
+    raster: &Raster,
+    values: &[T],
+    number: impl Fn(T) -> f32,
+) -> Result<Texture, Fault> {
+    let (w, h) = (raster.width as usize, raster.height as usize);
+    let mut texels: Vec<[f32; 3]> = Vec::new();
+    let memory = |_| Fault::file("there is no memory for its texels");
+    texels.try_reserve_exact(w * h).map_err(memory)?;
+    let across = matches!(
+        raster.orientation,
+        Orientation::Rotate90
+            | Orientation::Rotate270
+            | Orientation::Rotate90FlipH
+            | Orientation::Rotate270FlipH
+    );
+    let (width, height) = if across { (h, w) } else { (w, h) };
+    let channels = raster.channels;
+    for y in 0..height {
+        for x in 0..width {
+            let (column, row) = match raster.orientation {
+                Orientation::NoTransforms => (x, y),
+                Orientation::FlipHorizontal => (w - 1 - x, y),
+                Orientation::Rotate180 => (w - 1 - x, h - 1 - y),
+                Orientation::FlipVertical => (x, h - 1 - y),
+                Orientation::Rotate90FlipH => (y, x),
+                Orientation::Rotate90 => (y, h - 1 - x),
+                Orientation::Rotate270FlipH => (w - 1 - y, h - 1 - x),
+                Orientation::Rotate270 => (w - 1 - y, x),
+            };
+            let pixel = &values[(row * w + column) * channels..][..channels];
+            texels.push(match *pixel {
+                [r, g, b] | [r, g, b, _] => [number(r), number(g), number(b)],
+                [grey, ..] => [number(grey); 3],
+                [] => [0.0; 3],
+            });
         }
     }
-    false
+    Ok(Texture { width: width as u32, height: height as u32, texels })
 }
 
-fn jpeg(bytes: &[u8]) -> Result<Texture, Fault> {
-    let options = DecoderOptions::default()
-        .set_max_width(LONGEST_EDGE as usize)
-        .set_max_height(LONGEST_EDGE as usize)
-        .set_strict_mode(true)
-        .jpeg_set_out_colorspace(ColorSpace::RGB);
-    let broken =
-        |error: &dyn std::fmt::Display| Fault::file(format!("the JPEG is broken: {error}"));
-    let mut decoder = JpegDecoder::new_with_options(Cursor::new(bytes), options);
-    decoder.decode_headers().map_err(|error| broken(&error))?;
-    if !has_end(bytes) {
-        // The decoder fills in what is missing with grey.
-        return Err(Fault::byte(bytes.len(), "the file ends too early"));
-    }
-    let (width, height) = decoder.dimensions().ok_or_else(|| broken(&"it has no size"))?;
-    let count = texels(width as u64, height as u64)?;
-    let samples = decoder.decode().map_err(|error| broken(&error))?;
-    let table = table8();
-    let mut all = reserved(count)?;
-    let pixels = samples.as_chunks::<3>().0.iter();
-    all.extend(pixels.take(count).map(|pixel| pixel.map(|sample| table[usize::from(sample)])));
-    whole(width as u32, height as u32, all)
+/// The memory of a scene's textures: those that are alive count.
+#[derive(Debug)]
+pub struct Budget {
+    most: u64,
+    held: Mutex<Vec<Weak<Texture>>>,
 }
 
-/// Texels as an EXR's reader fills them in, and how many are across.
-type Filling = (Vec<[f32; 3]>, usize);
-
-fn fill((all, width): &mut Filling, x: usize, y: usize, texel: [f32; 3]) {
-    if let Some(place) = all.get_mut(y * *width + x) {
-        *place = texel;
+impl Default for Budget {
+    fn default() -> Self {
+        Self::new(MOST_BYTES)
     }
 }
 
-fn exr(bytes: &[u8]) -> Result<Texture, Fault> {
-    use ::exr::meta::MetaData;
-    use ::exr::prelude::*;
-    let broken = |error: Error| Fault::file(format!("the EXR is broken: {error}"));
-    let meta = MetaData::read_from_buffered(Cursor::new(bytes), true).map_err(broken)?;
-    // Nothing is reserved for what a head says before it is known to be within bounds.
-    for header in &meta.headers {
-        let size = header.layer_size;
-        reserved::<[f32; 3]>(texels(size.width() as u64, size.height() as u64)?)?;
+impl Budget {
+    /// Of so many bytes.
+    pub fn new(most: u64) -> Self {
+        Self { most, held: Mutex::default() }
     }
-    let blank = |size: Vec2<usize>| -> Filling { (vec![[0.0; 3]; size.area()], size.width()) };
-    let named = |name: &str| {
-        let mut channels = meta.headers.iter().flat_map(|header| &header.channels.list);
-        channels.any(|channel| channel.name == *name)
-    };
-    let read = read().no_deep_data().largest_resolution_level();
-    let (size, (all, _)) = if named("R") && named("G") && named("B") {
-        let colours = read.rgb_channels(
-            |size, _| blank(size),
-            |filling: &mut Filling, at, (r, g, b)| fill(filling, at.x(), at.y(), [r, g, b]),
-        );
-        let read = colours.first_valid_layer().all_attributes().non_parallel();
-        let layer = read.from_buffered(Cursor::new(bytes)).map_err(broken)?.layer_data;
-        (layer.size, layer.channel_data.pixels)
-    } else if named("Y") {
-        let greys = read.specific_channels().required("Y").collect_pixels(
-            |size, _| blank(size),
-            |filling: &mut Filling, at, (y,): (f32,)| fill(filling, at.x(), at.y(), [y; 3]),
-        );
-        let read = greys.first_valid_layer().all_attributes().non_parallel();
-        let layer = read.from_buffered(Cursor::new(bytes)).map_err(broken)?.layer_data;
-        (layer.size, layer.channel_data.pixels)
-    } else {
-        return Err(Fault::file("the EXR has no layer with channels R, G and B, or Y"));
-    };
-    whole(size.width() as u32, size.height() as u32, all)
-}
 
-/// PPM and PGM, binary, of 8 or 16 bits.
-fn netpbm(bytes: &[u8]) -> Result<Texture, Fault> {
-    let channels = if bytes.starts_with(b"P6") { 3 } else { 1 };
-    let mut at = 2;
-    let mut numbers = [0_u64; 3];
-    for number in &mut numbers {
-        let start = at;
-        loop {
-            match bytes.get(at) {
-                Some(b'#') => {
-                    let rest = bytes[at..].iter().position(|b| *b == b'\n');
-                    at += rest.ok_or_else(|| Fault::byte(at, "the head ends too early"))?;
-                }
-                Some(byte) if byte.is_ascii_whitespace() => at += 1,
-                _ => break,
-            }
-        }
-        let digits = bytes[at..].iter().take_while(|b| b.is_ascii_digit()).count();
-        let text = std::str::from_utf8(&bytes[at..at + digits]).unwrap_or_default();
-        let parsed = text.parse().ok().filter(|_| at > start && digits < 10);
-        *number = parsed.ok_or_else(|| Fault::byte(at, "the head needs a number here"))?;
-        at += digits;
+    /// The texture in a file of this name given as its bytes, counted for as long as it lives.
+    ///
+    /// # Errors
+    /// As [`decode`], with the file's name; and what is larger than what is left.
+    pub fn texture(
+        &self,
+        name: &Path,
+        bytes: &[u8],
+        encoding: Encoding,
+    ) -> Result<Read, AssetError> {
+        let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+        held.retain(|texture| texture.strong_count() > 0);
+        let alive = held.iter().filter_map(Weak::upgrade);
+        let taken: u64 = alive.map(|texture| texture.texels.len() as u64 * TEXEL).sum();
+        let room = Room { most: self.most, left: self.most.saturating_sub(taken), made: TEXEL };
+        let read =
+            within(bytes, encoding, room).map_err(|fault| AssetError::broken(name, fault))?;
+        held.push(Arc::downgrade(&read.texture));
+        Ok(read)
     }
-    let [width, height, most] = numbers;
-    if !(1..=65_535).contains(&most) {
-        let message = format!("samples up to {most}: they must be 1 to 65535");
-        return Err(Fault::byte(at, message));
-    }
-    let count = texels(width, height)?;
-    if !bytes.get(at).is_some_and(u8::is_ascii_whitespace) {
-        return Err(Fault::byte(at, "a blank belongs between the head and the samples"));
-    }
-    let samples = &bytes[at + 1..];
-    let wide = if most > 255 { 2 } else { 1 };
-    if samples.len() < count * channels * wide {
-        return Err(Fault::byte(bytes.len(), "the file ends too early"));
-    }
-    let table = table16(most as u32);
-    let mut all = reserved(count)?;
-    for (index, pixel) in samples.chunks_exact(channels * wide).take(count).enumerate() {
-        let mut values = [0.0; 3];
-        for (i, (value, raw)) in values.iter_mut().zip(pixel.chunks_exact(wide)).enumerate() {
-            let sample = raw.iter().fold(0, |sum, byte| sum << 8 | usize::from(*byte));
-            *value = *table.get(sample).ok_or_else(|| {
-                let byte = at + 1 + (index * channels + i) * wide;
-                Fault::byte(byte, format!("the sample {sample} is above {most}"))
-            })?;
-        }
-        all.push(rgb(&values[..channels]));
-    }
-    whole(width as u32, height as u32, all)
-}
-
-/// A texture of finite numbers.
-fn whole(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Result<Texture, Fault> {
-    if texels.len() as u64 != u64::from(width) * u64::from(height) {
-        return Err(Fault::file("the file ends too early"));
-    }
-    let finite = |texel: &[f32; 3]| texel.iter().all(|value| value.is_finite());
-    if let Some(at) = texels.iter().position(|texel| !finite(texel)) {
-        let (x, y) = (at as u32 % width, at as u32 / width);
-        return Err(Fault::file(format!("the texel in column {x} and row {y} is not finite")));
-    }
-    Ok(Texture { width, height, texels })
 }

@@ -151,7 +151,9 @@ fn broken_files_are_errors_and_never_panics() {
 #[test]
 fn faults_say_what_is_wrong() {
     let decode = |bytes: &[u8]| texture::decode(bytes).unwrap_err();
-    assert_eq!(decode(b"GIF89a").message, "is no PNG, JPEG, EXR or PPM file");
+    assert!(
+        decode(b"GIF89a").message.starts_with("is a GIF, which is not read as a picture: save")
+    );
     let short = decode(&ppm()[..40]);
     assert_eq!((short.byte, short.message.as_str()), (Some(40), "the file ends too early"));
     let head = decode(b"P6 5 x 255\n");
@@ -159,8 +161,12 @@ fn faults_say_what_is_wrong() {
     let high = decode(b"P5 1 1 100\n\x65");
     assert_eq!((high.byte, high.message.as_str()), (Some(11), "the sample 101 is above 100"));
     let huge = decode(b"P6 65535 65535 255\n");
-    assert!(huge.message.starts_with("has 65535 x 65535 texels; "), "{}", huge.message);
-    assert!(decode(b"P6 0 5 255\n").message.starts_with("has 0 x 5 texels; "));
+    assert_eq!(
+        huge.message,
+        "has 65535 x 65535 pixels, which take 61439 MiB to read; pictures may take 1024 MiB in all: \
+         make it smaller"
+    );
+    assert!(decode(b"P6 0 5 255\n").message.starts_with("has 0 x 5 pixels; edges are 1 to 65535"));
 }
 
 #[test]

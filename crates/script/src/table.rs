@@ -83,7 +83,7 @@ impl Takes {
             Takes::Wardrobe => {
                 "a map #{ NAME: material, ... }, with names of the file's materials".into()
             }
-            Takes::Image => "the name of a picture file (PNG, JPEG, EXR or PPM), a string".into(),
+            Takes::Image => "the name of a picture file (PNG, JPEG, EXR, HDR, TIFF, WebP, BMP, TGA, QOI, PNM or PFM), a string".into(),
             Takes::Expression => "a function of the hit point, |p| ..., or a colour".into(),
             Takes::File => "the name of a mesh file, a string".into(),
         }
