@@ -126,7 +126,8 @@ fn what_nearly_touches_the_mesh_lets_no_light_through() {
     // A wall behind the light side of the ball, nearer than the ball's own surface lies above the
     // triangles' middles, 0.02; the sun shines on its other side.
     let eye = "camera(#{ eye: [-1, 1, 4], look_at: [0, 0, 0], fov: 36 });\n";
-    let wall = "quad(#{ corner: [1.0005, -9, -9], u: [0, 18, 0], v: [0, 0, 18], material: #{ ambient: -9 } });\n";
+    let wall =
+        "plane(#{ point: [1.0005, 0, 0], normal: [1, 0, 0], material: #{ ambient: -9 } });\n";
     for direction in ["[-1, 0, 0]", "[-1, -0.5, -0.2]", "[-0.2, -1, 0]", "[-0.1, 0.3, -1]"] {
         let sun = format!("sun(#{{ direction: {direction}, emissivity: 1 }});\n");
         let name = format!("wall-{}", direction.len());
