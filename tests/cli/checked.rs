@@ -62,7 +62,7 @@ fn what_looks_wrong_is_told_and_is_no_failure() {
         ),
         (
             "sphere(#{ center: [2, 0, 0], radius: 1, material: #{ diffuse: [200, 30, 30] } });",
-            "material (line 7): diffuse [200, 30, 30] looks like 0..255, and 1 is full: divide by 255, or write srgb(\"#rrggbb\")",
+            "material (line 7, no. 1): diffuse [200, 30, 30] looks like 0..255, and 1 is full: divide by 255, or write srgb(\"#rrggbb\")",
         ),
         (
             "settings(#{ background: [135, 206, 235] });",
@@ -74,10 +74,10 @@ fn what_looks_wrong_is_told_and_is_no_failure() {
         ),
         (
             "sphere(#{ center: [2, 0, 0], radius: 1, material: #{} });",
-            "material (line 7) is all 0, so that what wears it is black",
+            "material (line 7, no. 1) is all 0, so that what wears it is black",
         ),
         (
-            "on_frame(|f| { paint.diffuse = f.t; });",
+            "on_frame(|f| { paint.diffuse = 1 - f.t; });",
             "there is an on_frame and no animation, so the scene is a still; write animation(#{ frames: 120, fps: 24 })",
         ),
         (
