@@ -130,6 +130,10 @@ pub struct ScriptArgs {
     /// Stop a script that takes more operations than this
     #[arg(long, value_name = "N", default_value = "1000000000")]
     pub max_operations: NonZeroU64,
+    /// Stop a script that holds more memory than this: bytes, or with K, M or G; files that it
+    /// reads do not count
+    #[arg(long, value_name = "BYTES", default_value = "1G", value_parser = bytes)]
+    pub max_memory: u64,
 }
 
 /// A folder that is there.
@@ -206,6 +210,10 @@ pub struct ProfileArgs {
     /// Stop a script that takes more operations than this
     #[arg(long, value_name = "N", default_value = "1000000000")]
     pub max_operations: NonZeroU64,
+    /// Stop a script that holds more memory than this: bytes, or with K, M or G; files that it
+    /// reads do not count
+    #[arg(long, value_name = "BYTES", default_value = "1G", value_parser = bytes)]
+    pub max_memory: u64,
     /// Which frame of the script
     #[arg(long, value_name = "N", default_value = "0")]
     pub frame: u32,

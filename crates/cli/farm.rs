@@ -8,6 +8,7 @@ use crate::args::ScriptArgs;
 use crate::console::{Console, print};
 use crate::exit::Failure;
 use crate::frames::FrameRanges;
+use crate::meant;
 use clap::{Args, Subcommand};
 use reflet_film::{Compression, Format, Target};
 use reflet_frame::resume::ranges;
@@ -207,17 +208,7 @@ pub fn run(command: &FarmCommand, console: &Console) -> Result<(), Failure> {
 
 /// Runs the script once, so that whatever is wrong is known before anything is submitted.
 fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
-    let printer = console.clone();
-    let path = args.script.script.clone();
-    let options = Options {
-        max_operations: args.script.max_operations.get(),
-        sets: args.script.set.clone(),
-        assets: args.script.assets.clone(),
-        print: Some(std::sync::Arc::new(move |text, line| {
-            printer.say(&format!("{}:{line}: {text}", path.display()));
-        })),
-        ..Options::default()
-    };
+    let options = meant::options(&args.script, console);
     let stage = Stage::load(Source::read(&args.script.script)?, &options)?;
     let animation = stage.with_scene(|scene| scene.animation());
     let frames = match &args.frames {
@@ -253,6 +244,9 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     }
     if args.script.max_operations.get() != Options::default().max_operations {
         more.extend(["--max-operations".into(), args.script.max_operations.to_string()]);
+    }
+    if args.script.max_memory != Options::default().max_memory {
+        more.extend(["--max-memory".into(), args.script.max_memory.to_string()]);
     }
     let compression = match args.compression {
         Compression::Fast => None,
