@@ -153,6 +153,10 @@ pub struct ScriptArgs {
     #[arg(long, value_name = "N", default_value = "1000000000", value_parser = operations)]
     #[arg(allow_negative_numbers = true)]
     pub max_operations: NonZeroU64,
+    /// Stop a script that holds more memory than this: bytes, or with K, M or G; files that it
+    /// reads do not count
+    #[arg(long, value_name = "BYTES", default_value = "1G", value_parser = bytes)]
+    pub max_memory: u64,
 }
 
 /// A folder that is there.
@@ -238,6 +242,10 @@ pub struct ProfileArgs {
     #[arg(long, value_name = "N", default_value = "1000000000", value_parser = operations)]
     #[arg(allow_negative_numbers = true)]
     pub max_operations: NonZeroU64,
+    /// Stop a script that holds more memory than this: bytes, or with K, M or G; files that it
+    /// reads do not count
+    #[arg(long, value_name = "BYTES", default_value = "1G", value_parser = bytes)]
+    pub max_memory: u64,
     /// Which frame of the script
     #[arg(long, value_name = "N", default_value = "0", value_parser = frame)]
     #[arg(allow_negative_numbers = true)]

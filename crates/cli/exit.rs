@@ -98,6 +98,7 @@ impl From<ScriptError> for Failure {
             ErrorKind::Script => Exit::Script,
             ErrorKind::Set => Exit::Usage,
             ErrorKind::Input => Exit::Input,
+            ErrorKind::System => Exit::Failed,
         };
         Self::new(exit, error.to_string())
     }

@@ -8,6 +8,7 @@ use crate::args::ScriptArgs;
 use crate::console::{Console, print};
 use crate::exit::Failure;
 use crate::frames::FrameRanges;
+use crate::meant;
 use crate::shell::{line, operand, quoted};
 use clap::{Args, Subcommand};
 use reflet_film::{Compression, Format, Target};
@@ -246,17 +247,7 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     let film = args.film.as_deref().map(|film| name("--film", film)).transpose()?;
     let assets = args.script.assets.iter().map(|folder| name("--assets", folder));
     let assets: Vec<String> = assets.collect::<Result<_, _>>()?;
-    let printer = console.clone();
-    let path = args.script.script.clone();
-    let options = Options {
-        max_operations: args.script.max_operations.get(),
-        sets: args.script.set.clone(),
-        assets: args.script.assets.clone(),
-        print: Some(std::sync::Arc::new(move |text, line| {
-            printer.say(&format!("{}:{line}: {text}", path.display()));
-        })),
-        ..Options::default()
-    };
+    let options = meant::options(&args.script, console);
     let stage = Stage::load(Source::read(&args.script.script)?, &options)?;
     let animation = stage.with_scene(|scene| scene.animation());
     let frames = match &args.frames {
@@ -297,6 +288,9 @@ fn planned(args: &FarmArgs, console: &Console) -> Result<FarmJob, Failure> {
     }
     if args.script.max_operations.get() != Options::default().max_operations {
         more.extend(["--max-operations".into(), args.script.max_operations.to_string()]);
+    }
+    if args.script.max_memory != Options::default().max_memory {
+        more.extend(["--max-memory".into(), args.script.max_memory.to_string()]);
     }
     let compression = match args.compression {
         Compression::Fast => None,

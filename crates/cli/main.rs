@@ -8,6 +8,7 @@ mod exit;
 mod farm;
 mod film;
 mod frames;
+mod heap;
 mod json;
 mod meant;
 mod merge;
@@ -39,7 +40,7 @@ fn main() -> ExitCode {
 }
 
 fn run(meant: Meant, console: &Console) -> Result<(), Failure> {
-    let signals = Signals::listen(console);
+    let signals = Signals::listen(console)?;
     match meant {
         Meant::Render(meant) => match meant.times {
             Times::Once => render::run(&meant, console, &signals),

@@ -8,6 +8,7 @@ use crate::exit::Failure;
 use crate::farm::FarmCommand;
 use crate::film::FilmArgs;
 use crate::frames::FrameRanges;
+use crate::heap;
 use crate::merge::MergeArgs;
 use crate::parts::{PartArgs, Shard};
 use crate::profile::cast::Question;
@@ -178,18 +179,23 @@ fn set_once(sets: &[(String, String)]) -> Result<(), Failure> {
 }
 
 fn script(args: ScriptArgs, console: &Console) -> Script {
+    Script { options: options(&args, console), path: args.script }
+}
+
+/// How a script is run, by what was typed.
+pub fn options(args: &ScriptArgs, console: &Console) -> Options {
     let (path, printer, slow) = (args.script.clone(), console.clone(), console.clone());
-    let options = Options {
+    Options {
         max_operations: args.max_operations.get(),
-        sets: args.set,
-        assets: args.assets,
+        max_memory: args.max_memory,
+        heap: Some(heap::allocated),
+        sets: args.set.clone(),
+        assets: args.assets.clone(),
         print: Some(Arc::new(move |text, line| {
             printer.say(&format!("{}:{line}: {text}", path.display()));
         })),
         slow: Some(Arc::new(move |text| slow.warn(text))),
-        ..Options::default()
-    };
-    Script { path: args.script, options }
+    }
 }
 
 fn tell(json: bool) -> Tell {
@@ -205,8 +211,13 @@ fn profile(args: ProfileArgs, console: &Console) -> Result<Profile, Failure> {
     }
     let subject = match (args.script, args.rays) {
         (Some(path), _) => {
-            let (set, assets, max_operations) = (args.set, args.assets, args.max_operations);
-            let named = ScriptArgs { script: path, set, assets, max_operations };
+            let named = ScriptArgs {
+                script: path,
+                set: args.set,
+                assets: args.assets,
+                max_operations: args.max_operations,
+                max_memory: args.max_memory,
+            };
             let outputs = Outputs { dump: args.dump, heatmap: args.heatmap, timeline: args.trace };
             Subject::Scene(script(named, console), args.frame, outputs)
         }

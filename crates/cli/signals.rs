@@ -3,6 +3,7 @@
 
 use crate::console::Console;
 use crate::exit::{Exit, Failure};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -34,14 +35,19 @@ const PATIENCE: Duration = Duration::from_millis(1500);
 
 impl Signals {
     /// Listens from now on.
-    pub fn listen(console: &Console) -> Self {
+    ///
+    /// # Errors
+    /// The system gives no thread to listen on.
+    pub fn listen(console: &Console) -> Result<Self, Failure> {
         let signals = Self::default();
-        signals.spawn(console);
         signals
+            .spawn(console)
+            .map_err(|e| Failure::new(Exit::Failed, format!("cannot start a thread: {e}")))?;
+        Ok(signals)
     }
 
     #[cfg(unix)]
-    fn spawn(&self, console: &Console) {
+    fn spawn(&self, console: &Console) -> io::Result<()> {
         use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1, SIGXFSZ};
         // With a handler a file that may not grow is an error of the write, and not the end.
         let noted = Arc::new(AtomicBool::new(false));
@@ -50,10 +56,13 @@ impl Signals {
         }
         let mut incoming = match signal_hook::iterator::Signals::new([SIGINT, SIGTERM, SIGUSR1]) {
             Ok(incoming) => incoming,
-            Err(error) => return console.warn(&format!("cannot listen to signals: {error}")),
+            Err(error) => {
+                console.warn(&format!("cannot listen to signals: {error}"));
+                return Ok(());
+            }
         };
         let (signals, console) = (self.clone(), console.clone());
-        std::thread::spawn(move || {
+        let listen = move || {
             for signal in incoming.forever() {
                 let exit = match signal {
                     SIGINT => Exit::Interrupted,
@@ -63,13 +72,17 @@ impl Signals {
                 if !signals.came(exit) {
                     signals.end(exit, &console);
                 }
-                let (signals, console) = (signals.clone(), console.clone());
-                std::thread::spawn(move || {
+                let (late, of) = (signals.clone(), console.clone());
+                let wait = move || {
                     std::thread::sleep(PATIENCE);
+                    late.end(exit, &of);
+                };
+                if std::thread::Builder::new().spawn(wait).is_err() {
                     signals.end(exit, &console);
-                });
+                }
             }
-        });
+        };
+        std::thread::Builder::new().name("signals".into()).spawn(listen).map(|_| ())
     }
 
     /// Ends the process now. Files that are not whole yet are removed.
@@ -94,7 +107,9 @@ impl Signals {
 
     /// Elsewhere the system's own way of ending a process stays.
     #[cfg(not(unix))]
-    fn spawn(&self, _: &Console) {}
+    fn spawn(&self, _: &Console) -> io::Result<()> {
+        Ok(())
+    }
 
     /// Takes note of a signal; `false` if the process is to end at once.
     fn came(&self, exit: Exit) -> bool {

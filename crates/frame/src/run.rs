@@ -97,7 +97,7 @@ pub fn render(
         let (finished, to_write) = channel::<Finished>();
         let (report, written) = channel::<Result<Finished, RenderError>>();
         let output = &mut output;
-        scope.spawn(move || {
+        let write = move || {
             for mut frame in to_write {
                 let result = output.write(&mut frame).map(|()| frame);
                 // Told at once, even if the script is busy with a frame that comes later.
@@ -109,7 +109,11 @@ pub fn render(
                     return;
                 }
             }
-        });
+        };
+        thread::Builder::new()
+            .name("write".into())
+            .spawn_scoped(scope, write)
+            .map_err(|e| RenderError::Other(format!("cannot start a thread: {e}")))?;
         let summary = Summary { isa, threads, ..Summary::default() };
         let writer = Writer { finished, written, under_way: 0, summary, events };
         let hasher = SceneHasher::default();

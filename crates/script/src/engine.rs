@@ -1,5 +1,6 @@
 //! The Rhai engine: what of it scripts can reach, and its limits.
 
+use crate::meter::Meter;
 use crate::state::Shared;
 use crate::{
     guard, handle, helpers, maths, operators, params, placed, random, state, symbolic, time,
@@ -12,7 +13,6 @@ use rhai::packages::{
 use rhai::{
     AST, Dynamic, Engine, FnPtr, LexError, Module, OptimizationLevel, Position, Scope, Token,
 };
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// How deep calls may nest: about 10 KB of stack each.
@@ -20,26 +20,20 @@ pub(crate) const CALL_LEVELS: usize = 256;
 /// How deep expressions may nest.
 const EXPRESSION_DEPTH: usize = 128;
 
-/// Counts operations across all the clones that Rhai makes of its own count.
-#[derive(Debug, Default)]
-pub(crate) struct Meter {
-    pub operations: AtomicU64,
-    /// Set from outside when the script holds too much memory.
-    pub too_large: AtomicBool,
-}
-
 /// Where `print` and `debug` go: the text and its line.
 pub type Printer = Arc<dyn Fn(&str, usize) + Send + Sync>;
 
 /// What is known of a script while its tokens are read.
 ///
-/// Rhai looks every name up in a list of all variables in scope, so a script of many variables
-/// takes time in the square of their number. The steps are estimated, and bounded.
+/// Rhai looks every name up in a list of all variables in scope, and every key of a map literal in
+/// a list of those before it, so a script of many takes time in the square of their number. The
+/// steps are estimated, and bounded.
 #[derive(Default)]
 struct Reading {
-    /// The variables in scope, and how many there were where each open block began.
+    /// The variables in scope.
     variables: u64,
-    blocks: Vec<u64>,
+    /// The open blocks and map literals.
+    open: Vec<Open>,
     steps: u64,
     /// Whether a minus stands before the operand that is being read, and before those around each
     /// open bracket.
@@ -47,6 +41,14 @@ struct Reading {
     around: Vec<bool>,
     /// Whether the last token was a minus that negates.
     minus: bool,
+}
+
+/// What a brace opened.
+enum Open {
+    /// A block, and how many variables there were where it began.
+    Block(u64),
+    /// A map literal, and its keys so far.
+    Map(u64),
 }
 
 impl Reading {
@@ -85,8 +87,25 @@ impl Reading {
         }
         match token {
             Token::Let | Token::Const => self.variables += 1,
-            Token::LeftBrace | Token::MapStart => self.blocks.push(self.variables),
-            Token::RightBrace => self.variables = self.blocks.pop().unwrap_or(0),
+            Token::LeftBrace => self.open.push(Open::Block(self.variables)),
+            Token::MapStart => self.open.push(Open::Map(0)),
+            Token::RightBrace => match self.open.pop() {
+                Some(Open::Block(variables)) => self.variables = variables,
+                Some(Open::Map(_)) => {}
+                None => self.variables = 0,
+            },
+            Token::Colon => {
+                if let Some(Open::Map(keys)) = self.open.last_mut() {
+                    *keys += 1;
+                    self.steps += *keys;
+                    if self.steps > Self::STEPS {
+                        let many = format!(
+                            "{keys} keys are too many for a map that is written out: fill it in a loop, or use arrays"
+                        );
+                        return refused(":", many);
+                    }
+                }
+            }
             Token::Identifier(name) => {
                 self.steps += self.variables;
                 if self.steps > Self::STEPS {
@@ -94,10 +113,7 @@ impl Reading {
                         "{} variables are too many for a script of this length: keep values in arrays or maps",
                         self.variables
                     );
-                    return Token::LexError(Box::new(LexError::ImproperSymbol(
-                        name.to_string(),
-                        many,
-                    )));
+                    return refused(&name, many);
                 }
                 return match name.as_str() {
                     "TAU" => constant("TAU", std::f64::consts::TAU),
@@ -111,6 +127,11 @@ impl Reading {
     }
 }
 
+/// A token that is an error.
+fn refused(token: &str, why: String) -> Token {
+    Token::LexError(Box::new(LexError::ImproperSymbol(token.to_owned(), why)))
+}
+
 /// A number with a name.
 fn constant(name: &str, value: f64) -> Token {
     Token::FloatConstant(Box::new((value.into(), name.into())))
@@ -118,7 +139,7 @@ fn constant(name: &str, value: f64) -> Token {
 
 /// Builds the engine around a state.
 #[allow(deprecated)] // The token mapper is "volatile", says Rhai; its version is pinned.
-pub(crate) fn build(state: &Shared, meter: &Arc<Meter>, max: u64, print: Printer) -> Engine {
+pub(crate) fn build(state: &Shared, meter: &Arc<Meter>, print: Printer) -> Engine {
     let mut engine = Engine::new_raw();
     // LanguageCore (sleep, exit), BasicTime, BasicBlob and BitField stay out.
     ArithmeticPackage::new().register_into_engine(&mut engine);
@@ -142,22 +163,18 @@ pub(crate) fn build(state: &Shared, meter: &Arc<Meter>, max: u64, print: Printer
     engine.set_max_expr_depths(EXPRESSION_DEPTH, EXPRESSION_DEPTH);
     engine.set_max_operations(0);
     let metered = meter.clone();
-    engine.on_progress(move |_| {
-        let done = metered.operations.load(Ordering::Relaxed) + 1;
-        // One thread runs the script: a plain store is enough, and cheaper than an add.
-        metered.operations.store(done, Ordering::Relaxed);
-        if done > max {
-            return Some(guard::too_many_operations(max));
-        }
-        metered.too_large.load(Ordering::Relaxed).then(guard::too_much_memory)
-    });
+    engine.on_progress(move |_| metered.step());
+    let metered = meter.clone();
     let reading = Mutex::new(Reading::default());
     engine.on_parse_token(move |token, at, _| {
+        if metered.is_full() {
+            return refused("", "the script takes too long to read, or too much memory".into());
+        }
         reading.lock().unwrap_or_else(PoisonError::into_inner).token(token, at)
     });
     engine.on_print(|_| {});
     engine.on_debug(|_, _, _| {});
-    guard::register(&mut engine, print);
+    guard::register(&mut engine, meter, print);
     trouble::register(&mut engine);
     vec3::register(&mut engine);
     handle::register(&mut engine, state);

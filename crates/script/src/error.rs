@@ -1,5 +1,6 @@
 //! What is wrong with a script, for the person who wrote it.
 
+use crate::messages;
 use rhai::Position;
 use std::path::Path;
 
@@ -12,6 +13,8 @@ pub enum ErrorKind {
     Set,
     /// A file that the script reads is missing or bad, or the script itself cannot be read (exit 66).
     Input,
+    /// The system gives no thread to run the script on (exit 1).
+    System,
 }
 
 /// A place in the script.
@@ -130,5 +133,5 @@ pub(crate) fn place(text: &str, at: Position) -> Option<Place> {
     if from.next() == Some('.') && from.next().is_some_and(char::is_alphabetic) {
         column += 1;
     }
-    Some(Place { line, column, text })
+    Some(Place { line, column, text: messages::source_line(&text) })
 }

@@ -2,30 +2,24 @@
 
 use crate::engine::Printer;
 use crate::handle::Handle;
+use crate::meter::Meter;
 use crate::trouble::{Fallible, Trouble, limit, trouble};
 use crate::value;
 use crate::vec3::Vec3;
 use rhai::{Array, Dynamic, Engine, FnPtr, INT, ImmutableString, Map, NativeCallContext};
 use std::fmt::Write;
+use std::sync::Arc;
 
 /// The longest string and array that one call may make.
 pub(crate) const LONGEST: usize = 1 << 24;
+/// How many bytes are compared, searched or copied in one step of work.
+const STEP: usize = 16;
+/// Strings up to this length are compared at no price.
+const LONG: usize = 512;
+/// The bytes of a short string in an array.
+const PIECE: usize = 80;
 /// How deep arrays and maps may stand in each other.
 pub(crate) const NESTING: usize = 256;
-
-/// What ends a script that runs on and on.
-pub(crate) fn too_many_operations(max: u64) -> Dynamic {
-    Dynamic::from(Trouble::new(format!(
-        "more than {max} operations: a loop without an end? --max-operations allows more"
-    )))
-}
-
-/// What ends a script that fills the memory.
-pub(crate) fn too_much_memory() -> Dynamic {
-    Dynamic::from(Trouble::new(
-        "the script holds too much memory: a string, array or map that grows without an end?",
-    ))
-}
 
 fn too_long(what: &str) -> Box<rhai::EvalAltResult> {
     limit(format!("{what} would be longer than {LONGEST}"))
@@ -93,8 +87,9 @@ pub(crate) fn text(value: &Dynamic) -> Fallible<String> {
     Ok(out)
 }
 
-/// Whether two values are equal, as `==` says.
-fn equal(a: &Dynamic, b: &Dynamic, depth: usize) -> Fallible<bool> {
+/// Whether two values are equal, as `==` says; `steps` counts what was compared.
+fn equal(a: &Dynamic, b: &Dynamic, depth: usize, steps: &mut usize) -> Fallible<bool> {
+    *steps += 1;
     if depth > NESTING {
         return Err(too_deep());
     }
@@ -103,7 +98,7 @@ fn equal(a: &Dynamic, b: &Dynamic, depth: usize) -> Fallible<bool> {
             return Ok(false);
         }
         for (a, b) in a.iter().zip(b.iter()) {
-            if !equal(a, b, depth + 1)? {
+            if !equal(a, b, depth + 1, steps)? {
                 return Ok(false);
             }
         }
@@ -114,7 +109,7 @@ fn equal(a: &Dynamic, b: &Dynamic, depth: usize) -> Fallible<bool> {
             return Ok(false);
         }
         for ((name, a), (other, b)) in a.iter().zip(b.iter()) {
-            if name != other || !equal(a, b, depth + 1)? {
+            if name != other || !equal(a, b, depth + 1, steps)? {
                 return Ok(false);
             }
         }
@@ -133,6 +128,7 @@ fn equal(a: &Dynamic, b: &Dynamic, depth: usize) -> Fallible<bool> {
         return Ok(a == b);
     }
     if let (Ok(a), Ok(b)) = (a.as_immutable_string_ref(), b.as_immutable_string_ref()) {
+        *steps += a.len().min(b.len()) / STEP;
         return Ok(*a == *b);
     }
     Ok(match (a.as_bool(), b.as_bool(), a.as_char(), b.as_char()) {
@@ -147,7 +143,7 @@ fn count(n: INT) -> usize {
 }
 
 /// The size of `text` with `from` replaced by `to`, checked before it is made.
-fn replaced(text: &str, from: &str, to: &str) -> Fallible<ImmutableString> {
+fn replaced(meter: &Meter, text: &str, from: &str, to: &str) -> Fallible<ImmutableString> {
     if from.is_empty() {
         return Err(trouble("`replace` takes a string to replace that is not empty"));
     }
@@ -158,14 +154,18 @@ fn replaced(text: &str, from: &str, to: &str) -> Fallible<ImmutableString> {
     if size.is_none_or(|size| size > LONGEST) {
         return Err(too_long("the string"));
     }
+    meter.work((text.len() + size.unwrap_or(0)) / STEP)?;
+    meter.room(size.unwrap_or(0))?;
     Ok(text.replace(from, to).into())
 }
 
-fn padded(text: &mut ImmutableString, len: INT, with: &str) -> Fallible<()> {
+fn padded(meter: &Meter, text: &mut ImmutableString, len: INT, with: &str) -> Fallible<()> {
     let len = count(len);
     if len > LONGEST {
         return Err(too_long("the string"));
     }
+    meter.work((len + text.len()) / STEP)?;
+    meter.room(len * 4 + text.len())?;
     let have = text.chars().count();
     if have < len && !with.is_empty() {
         let mut longer = text.to_string();
@@ -177,26 +177,32 @@ fn padded(text: &mut ImmutableString, len: INT, with: &str) -> Fallible<()> {
 
 /// Cuts a string into an array, if it is short enough.
 fn pieces<'a, I: Iterator<Item = &'a str>>(
+    meter: &Meter,
     text: &'a str,
     cut: impl Fn(&'a str) -> I,
 ) -> Fallible<Array> {
     if text.len() > LONGEST / 16 {
         return Err(limit(format!("`split` takes strings of at most {} bytes", LONGEST / 16)));
     }
+    let count = cut(text).count();
+    meter.work(text.len() / STEP + count * 8)?;
+    meter.room(text.len() + count * PIECE)?;
     Ok(cut(text).map(|piece| ImmutableString::from(piece).into()).collect())
 }
 
 /// Registers the guards over what the packages brought, and `print` and `debug`.
-pub(crate) fn register(engine: &mut Engine, print: Printer) {
+pub(crate) fn register(engine: &mut Engine, meter: &Arc<Meter>, print: Printer) {
     // The packages have `print` for these types, which would win over one for any value.
     macro_rules! printers {
         ($name:literal: $($type:ty),+) => {$({
-            let print = print.clone();
+            let (print, meter) = (print.clone(), meter.clone());
             engine.register_fn(
                 $name,
                 move |ctx: NativeCallContext, value: $type| -> Fallible<ImmutableString> {
                     let line = ctx.call_position().line().unwrap_or(0);
-                    print(&text(&Dynamic::from(value))?, line);
+                    let said = text(&Dynamic::from(value))?;
+                    meter.work(said.len())?;
+                    print(&said, line);
                     Ok("".into())
                 },
             );
@@ -205,43 +211,101 @@ pub(crate) fn register(engine: &mut Engine, print: Printer) {
     printers!("print": Dynamic, ImmutableString, INT, f64, bool, char, (), Array, Map, FnPtr);
     printers!("debug": Dynamic, ImmutableString, INT, f64, bool, char, (), Array, Map, FnPtr);
     for name in ["to_string", "to_debug"] {
-        engine.register_fn(name, |array: &mut Array| text(&array.clone().into()));
-        engine.register_fn(name, |map: &mut Map| text(&map.clone().into()));
+        let shown = |meter: &Arc<Meter>| {
+            let meter = meter.clone();
+            move |value: Dynamic| -> Fallible<String> {
+                let said = text(&value)?;
+                meter.work(said.len())?;
+                Ok(said)
+            }
+        };
+        let (of_array, of_map) = (shown(meter), shown(meter));
+        engine.register_fn(name, move |array: &mut Array| of_array(array.clone().into()));
+        engine.register_fn(name, move |map: &mut Map| of_map(map.clone().into()));
     }
     macro_rules! equality {
         ($type:ty) => {
-            engine.register_fn("==", |a: $type, b: $type| equal(&a.into(), &b.into(), 0));
-            engine
-                .register_fn("!=", |a: $type, b: $type| equal(&a.into(), &b.into(), 0).map(|e| !e));
+            let same = compared(meter);
+            engine.register_fn("==", move |a: $type, b: $type| same(a.into(), b.into()));
+            let same = compared(meter);
+            engine.register_fn("!=", move |a: $type, b: $type| {
+                same(a.into(), b.into()).map(|equal| !equal)
+            });
         };
     }
+    fn compared(meter: &Arc<Meter>) -> impl Fn(Dynamic, Dynamic) -> Fallible<bool> + 'static {
+        let meter = meter.clone();
+        move |a, b| {
+            let mut steps = 0;
+            let equal = equal(&a, &b, 0, &mut steps)?;
+            meter.work(steps)?;
+            Ok(equal)
+        }
+    }
+    macro_rules! order {
+        ($($name:literal $holds:expr),+) => {$({
+            let meter = meter.clone();
+            engine.register_fn($name, move |a: ImmutableString, b: ImmutableString| {
+                let bytes = a.len().min(b.len());
+                if bytes > LONG {
+                    meter.work(bytes / STEP)?;
+                }
+                let holds: fn(&str, &str) -> bool = $holds;
+                Ok::<_, Box<rhai::EvalAltResult>>(holds(&a, &b))
+            });
+        })+};
+    }
+    order!(
+        "==" | a,
+        b | a == b,
+        "!=" | a,
+        b | a != b,
+        "<" | a,
+        b | a < b,
+        "<=" | a,
+        b | a <= b,
+        ">" | a,
+        b | a > b,
+        ">=" | a,
+        b | a >= b
+    );
     equality!(Array);
     equality!(Map);
     engine.register_fn("to_json", |_: &mut Map| -> Fallible<ImmutableString> {
         Err(trouble("`to_json` is not part of scene scripts"))
     });
-    engine.register_fn("pad", |array: &mut Array, len: INT, with: Dynamic| -> Fallible<()> {
+    let metered = meter.clone();
+    engine.register_fn("pad", move |array: &mut Array, len: INT, with: Dynamic| -> Fallible<()> {
         let len = count(len);
-        if len > LONGEST || len.saturating_mul(weight(&with)) > 4 * LONGEST {
+        if len > LONGEST {
             return Err(too_long("the array"));
         }
+        let added = len.saturating_sub(array.len()).saturating_mul(size(&with));
+        metered.room(added)?;
+        metered.work(added / STEP)?;
         if len > array.len() {
             array.resize(len, with);
         }
         Ok(())
     });
-    engine.register_fn("pad", |text: &mut ImmutableString, len: INT, with: char| {
-        padded(text, len, with.encode_utf8(&mut [0; 4]))
+    let metered = meter.clone();
+    engine.register_fn("pad", move |text: &mut ImmutableString, len: INT, with: char| {
+        padded(&metered, text, len, with.encode_utf8(&mut [0; 4]))
     });
-    engine.register_fn("pad", |text: &mut ImmutableString, len: INT, with: ImmutableString| {
-        padded(text, len, &with)
-    });
+    let metered = meter.clone();
+    engine.register_fn(
+        "pad",
+        move |text: &mut ImmutableString, len: INT, with: ImmutableString| {
+            padded(&metered, text, len, &with)
+        },
+    );
     macro_rules! replace {
         ($from:ty, $to:ty) => {
+            let metered = meter.clone();
             engine.register_fn(
                 "replace",
-                |text: &mut ImmutableString, from: $from, to: $to| -> Fallible<()> {
-                    *text = replaced(text, &from.to_string(), &to.to_string())?;
+                move |text: &mut ImmutableString, from: $from, to: $to| -> Fallible<()> {
+                    *text = replaced(&metered, text, &from.to_string(), &to.to_string())?;
                     Ok(())
                 },
             );
@@ -251,16 +315,22 @@ pub(crate) fn register(engine: &mut Engine, print: Printer) {
     replace!(ImmutableString, char);
     replace!(char, ImmutableString);
     replace!(char, char);
-    engine.register_fn("split", |text: &mut ImmutableString| {
-        pieces(text.as_str(), str::split_whitespace)
+    let metered = meter.clone();
+    engine.register_fn("split", move |text: &mut ImmutableString| {
+        pieces(&metered, text.as_str(), str::split_whitespace)
     });
-    engine.register_fn("split", |text: &mut ImmutableString, at: ImmutableString| {
-        pieces(text.as_str(), |t| t.split(at.as_str()))
+    let metered = meter.clone();
+    engine.register_fn("split", move |text: &mut ImmutableString, at: ImmutableString| {
+        pieces(&metered, text.as_str(), |t| t.split(at.as_str()))
     });
-    engine.register_fn("split", |text: &mut ImmutableString, at: char| {
-        pieces(text.as_str(), |t| t.split(at))
+    let metered = meter.clone();
+    engine.register_fn("split", move |text: &mut ImmutableString, at: char| {
+        pieces(&metered, text.as_str(), |t| t.split(at))
     });
-    engine.register_fn("to_chars", |text: &mut ImmutableString| -> Fallible<Array> {
+    let metered = meter.clone();
+    engine.register_fn("to_chars", move |text: &mut ImmutableString| -> Fallible<Array> {
+        metered.work(text.len())?;
+        metered.room(text.len() * size_of::<Dynamic>())?;
         if text.len() > LONGEST / 16 {
             return Err(too_long("the array"));
         }
@@ -268,20 +338,30 @@ pub(crate) fn register(engine: &mut Engine, print: Printer) {
     });
 }
 
-/// How many values stand in a value, counted until it is too many.
-fn weight(value: &Dynamic) -> usize {
+/// The bytes that a copy of a value takes, counted until they are too many.
+fn size(value: &Dynamic) -> usize {
+    /// What an array or a map takes beside its values.
+    const EMPTY: usize = 64;
+    /// The places of a map are taken some at a time, and each has a name.
+    const NODE: usize = 512;
     fn add(value: &Dynamic, sum: &mut usize, depth: usize) {
-        *sum += 1;
-        if *sum > LONGEST || depth > NESTING {
-            *sum = LONGEST + 1;
+        *sum += size_of::<Dynamic>();
+        if *sum > 1 << 40 || depth > NESTING {
+            *sum = usize::MAX >> 1;
         } else if let Ok(array) = value.as_array_ref() {
+            *sum += EMPTY;
             array.iter().for_each(|item| add(item, sum, depth + 1));
         } else if let Ok(map) = value.as_map_ref() {
+            *sum += EMPTY + NODE * map.len().div_ceil(5);
             map.values().for_each(|item| add(item, sum, depth + 1));
-        } else if let Ok(text) = value.as_immutable_string_ref() {
-            // Strings are shared, not copied.
-            *sum += usize::from(!text.is_empty());
+        } else if let Ok(bytes) = value.as_blob_ref() {
+            *sum += EMPTY + bytes.len();
+        } else if value.read_lock::<FnPtr>().is_some() || value.read_lock::<Vec3>().is_some() {
+            *sum += 2 * EMPTY;
+        } else if value.read_lock::<Handle>().is_some() {
+            *sum += 2 * EMPTY;
         }
+        // Strings are shared, not copied.
     }
     let mut sum = 0;
     add(value, &mut sum, 0);

@@ -25,7 +25,7 @@
 //! | --- | --- |
 //! | `source` | from bytes to text |
 //! | `stage` | a script that has run once, and its frames |
-//! | `own_thread` | the thread it runs on, and the watch over its memory |
+//! | `own_thread`, `meter` | the thread it runs on, the watch over it, and what it may take |
 //! | `engine`, `guard` | what of Rhai scripts can reach, and its limits |
 //! | `nouns`, `shapes`, `table` | the one table of makers and keys; a new shape is one entry |
 //! | `parse`, `state`, `handle` | from maps to nouns, from handles to properties |
@@ -36,7 +36,7 @@
 //! | `escape` | closures that outlive their turn of a loop |
 //! | `operators`, `vec3`, `maths`, `angles`, `helpers`, `random`, `params` | what scripts calculate with |
 //! | `symbolic` | shader functions, recorded |
-//! | `trouble`, `locate`, `error`, `names`, `habits` | what is wrong, where, and what was meant |
+//! | `trouble`, `locate`, `error`, `names`, `habits`, `messages` | what is wrong, where, what was meant, and how it is shown |
 //! | [`reference`](mod@reference) | the language as data |
 //!
 //! What follows is the manual of the language.
@@ -54,6 +54,8 @@ mod handle;
 mod helpers;
 mod locate;
 mod maths;
+mod messages;
+mod meter;
 mod mutation;
 mod names;
 mod nouns;
@@ -79,6 +81,7 @@ mod wardrobe;
 
 pub use engine::Printer;
 pub use error::{ErrorKind, Note, Place, ScriptError};
+pub use meter::Heap;
 pub use params::Parameter;
 pub use reference::reference;
 pub use source::Source;

@@ -6,7 +6,7 @@
 use crate::engine::known;
 use crate::error::{ErrorKind, Note, Place, ScriptError, place};
 use crate::trouble::{Blame, Trouble};
-use crate::{habits, names, operators, reference};
+use crate::{habits, messages, names, operators, reference};
 use rhai::{
     AST, ASTNode, Engine, EvalAltResult, Expr, FnPtr, LexError, ParseErrorType, Position, Stmt,
 };
@@ -26,7 +26,7 @@ impl Script<'_> {
     pub fn error(&self, kind: ErrorKind, message: String, at: Position) -> ScriptError {
         ScriptError {
             kind,
-            message,
+            message: messages::message(&message),
             path: self.path.into(),
             place: place(self.text, at),
             notes: Vec::new(),
@@ -104,7 +104,7 @@ impl Script<'_> {
             let message = if anonymous(name) {
                 "in the function that was passed here".to_owned()
             } else {
-                format!("`{name}` was called here")
+                messages::message(&format!("`{name}` was called here"))
             };
             if made.place.as_ref().is_some_and(|p: &Place| p == &where_) {
                 continue;

@@ -1,5 +1,6 @@
 //! `param`: numbers that the command line or a slider may set.
 
+use crate::messages;
 use crate::names;
 use crate::state::Shared;
 use crate::trouble::{Blame, Fallible, Trouble, trouble};
@@ -25,6 +26,9 @@ pub struct Parameter {
     pub line: usize,
 }
 
+/// The most parameters: more than a person can set, and each name is looked up among all.
+const MOST: usize = 4096;
+
 /// The parameters seen so far, and the values asked for.
 #[derive(Debug, Default)]
 pub(crate) struct Parameters {
@@ -34,6 +38,12 @@ pub(crate) struct Parameters {
 
 impl Parameters {
     fn add(&mut self, name: &str, numbers: [&Dynamic; 3], place: Position) -> Fallible<Dynamic> {
+        if self.seen.len() >= MOST {
+            return Err(trouble(format!("a scene has at most {MOST} parameters")));
+        }
+        if messages::printable(name) != name {
+            return Err(trouble("the name of a parameter takes no control characters"));
+        }
         let mut values = [0.0; 3];
         for (value, (given, what)) in
             values.iter_mut().zip(numbers.into_iter().zip(["default", "low", "high"]))

@@ -119,7 +119,8 @@ pub(crate) fn value(
     if let Takes::File = info.takes
         && let Ok(file) = given.as_immutable_string_ref()
     {
-        let data = state.assets.mesh(&file).map_err(|error| Trouble {
+        let meter = state.meter.clone();
+        let data = meter.file(|| state.assets.mesh(&file)).map_err(|error| Trouble {
             blame: Blame::File,
             ..Trouble::with_key(info.name, error.to_string())
         })?;
@@ -129,7 +130,8 @@ pub(crate) fn value(
     if let Takes::Image = info.takes
         && let Ok(file) = given.as_immutable_string_ref()
     {
-        let image = state.assets.texture(&file).map_err(|error| Trouble {
+        let meter = state.meter.clone();
+        let image = meter.file(|| state.assets.texture(&file)).map_err(|error| Trouble {
             blame: Blame::File,
             ..Trouble::with_key(info.name, error.to_string())
         })?;

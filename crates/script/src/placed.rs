@@ -9,7 +9,7 @@ use crate::trouble::{Fallible, Trouble, trouble};
 use crate::value::describe;
 use reflet_scene::{Group, Instance, Key, Mesh, Place};
 use rhai::{Array, Dynamic, Engine, Map, NativeCallContext, Position};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 /// The most shapes that instances may show, a mesh counted once: each takes about 300 bytes, some
 /// GB in all.
@@ -77,6 +77,7 @@ impl State {
     /// `group([a, b], #{...})`.
     fn group(&mut self, given: &Array, map: &Map, call: Position) -> Fallible<Handle> {
         let mut members = Vec::with_capacity(given.len());
+        let mut joined = HashSet::with_capacity(given.len());
         for (i, value) in given.iter().enumerate() {
             let key = self.thing(value).map_err(|what| {
                 trouble(format!(
@@ -96,7 +97,7 @@ impl State {
                     describe(value)
                 )));
             }
-            if members.contains(&key) {
+            if !joined.insert(key) {
                 return Err(trouble(format!("{} at {i} is in the array twice", describe(value))));
             }
             members.push(key);
@@ -198,28 +199,36 @@ pub(crate) fn register(engine: &mut Engine, state: &Shared) {
     engine.register_fn(
         "group",
         move |ctx: NativeCallContext, members: Array| -> Fallible<Handle> {
-            shared.lock().group(&members, &Map::new(), ctx.call_position())
+            let mut state = shared.lock();
+            let meter = state.meter.clone();
+            meter.scene(|| state.group(&members, &Map::new(), ctx.call_position()))
         },
     );
     let shared = state.clone();
     engine.register_fn(
         "group",
         move |ctx: NativeCallContext, members: Array, map: Map| -> Fallible<Handle> {
-            shared.lock().group(&members, &map, ctx.call_position())
+            let mut state = shared.lock();
+            let meter = state.meter.clone();
+            meter.scene(|| state.group(&members, &map, ctx.call_position()))
         },
     );
     let shared = state.clone();
     engine.register_fn(
         "instance",
         move |ctx: NativeCallContext, thing: Dynamic| -> Fallible<Handle> {
-            shared.lock().instance(&thing, &Map::new(), ctx.call_position())
+            let mut state = shared.lock();
+            let meter = state.meter.clone();
+            meter.scene(|| state.instance(&thing, &Map::new(), ctx.call_position()))
         },
     );
     let shared = state.clone();
     engine.register_fn(
         "instance",
         move |ctx: NativeCallContext, thing: Dynamic, map: Map| -> Fallible<Handle> {
-            shared.lock().instance(&thing, &map, ctx.call_position())
+            let mut state = shared.lock();
+            let meter = state.meter.clone();
+            meter.scene(|| state.instance(&thing, &map, ctx.call_position()))
         },
     );
 }

@@ -1,6 +1,7 @@
 //! What the language has, as data: the manual is held against it.
 
-use crate::engine::{self, Meter};
+use crate::engine;
+use crate::meter::Meter;
 use crate::nouns::FORMS;
 use crate::params::Parameters;
 use crate::state::{Shared, State};
@@ -90,8 +91,9 @@ pub fn reference() -> Reference {
 /// An engine as scripts get it, around an empty scene.
 fn bare_engine() -> Engine {
     let assets = reflet_assets::Assets::new(Default::default());
-    let state = Shared::new(State::new(assets, Parameters::default()));
-    engine::build(&state, &Arc::new(Meter::default()), 1, Arc::new(|_, _| {}))
+    let meter = Arc::new(Meter::new(1, u64::MAX, None));
+    let state = Shared::new(State::new(assets, Parameters::default(), meter.clone()));
+    engine::build(&state, &meter, Arc::new(|_, _| {}))
 }
 
 /// The names of all functions that an engine has, without operators and properties.

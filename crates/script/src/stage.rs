@@ -1,12 +1,14 @@
 //! A script that has run once, and its frames.
 
 use crate::capture::Captured;
-use crate::engine::{self, Meter, Printer};
+use crate::engine::{self, Printer};
 use crate::error::{ErrorKind, ScriptError};
 use crate::escape;
 use crate::locate::{self, Script};
+use crate::messages;
+use crate::meter::{Heap, Meter};
 use crate::nouns::FORMS;
-use crate::own_thread;
+use crate::own_thread::{self, Broken};
 use crate::params::{Parameter, Parameters};
 use crate::source::{self, Source};
 use crate::state::{Phase, Shared, State};
@@ -17,7 +19,6 @@ use reflet_scene::{Instance, Key, Scene};
 use rhai::{AST, Dynamic, Engine, Position};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 /// Who is told a line of text.
 pub type Told = Arc<dyn Fn(&str) + Send + Sync>;
@@ -27,9 +28,13 @@ pub type Told = Arc<dyn Fn(&str) + Send + Sync>;
 pub struct Options {
     /// After this many of Rhai's operations a run of the script, or a frame, is ended.
     pub max_operations: u64,
-    /// A run of the script, or a frame, is ended when it makes the process grow by so many bytes
-    /// (where the system tells).
+    /// A run of the script, or a frame, is ended when the things that it makes, and four times
+    /// the strings, arrays and maps that it holds (so that they can be copied), take more bytes.
+    /// Meshes and pictures from files are not among them.
     pub max_memory: u64,
+    /// The counter of a counting allocator. Without one only the memory of the process is watched
+    /// (where the system tells), and the limit may be passed for some milliseconds.
+    pub heap: Option<Heap>,
     /// What `--set NAME=VALUE` says, in order.
     pub sets: Vec<(String, String)>,
     /// Folders beside the script's own that its files may come from, in the order in which they are
@@ -45,7 +50,8 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             max_operations: 1_000_000_000,
-            max_memory: 2 << 30,
+            max_memory: 1 << 30,
+            heap: None,
             sets: Vec::new(),
             assets: Vec::new(),
             print: None,
@@ -88,6 +94,8 @@ pub struct Stage {
     options: Options,
     functions: Vec<FrameFn>,
     captured: Captured,
+    /// The bytes of values that the script left to its frames.
+    carried: u64,
     parameters: Vec<Parameter>,
     warnings: Vec<Warning>,
     /// Whether it was said that a frame takes long.
@@ -114,20 +122,22 @@ impl Stage {
         let root = source.path.parent().map(PathBuf::from).unwrap_or_default();
         let parameters = Parameters { sets: options.sets.clone(), seen: Vec::new() };
         let assets = Assets::new(root).with_folders(options.assets.iter().cloned());
-        let state = Shared::new(State::new(assets, parameters));
-        let meter = Arc::new(Meter::default());
+        let meter = Arc::new(Meter::new(options.max_operations, options.max_memory, options.heap));
+        let state = Shared::new(State::new(assets, parameters, meter.clone()));
         let print = options.print.clone().unwrap_or_else(|| {
             let path = source.path.clone();
             Arc::new(move |text: &str, line| eprintln!("{}:{line}: {text}", path.display()))
         });
-        let engine = engine::build(&state, &meter, options.max_operations, print);
+        let engine = engine::build(&state, &meter, messages::bounded(print));
         let bare = Script { path: &source.path, text: &source.text, ast: None, engine: &engine };
         if let Some(message) = source::too_long(&source.text) {
-            return Err(bare.error(ErrorKind::Script, message, Position::NONE));
+            return Err(bare.error(ErrorKind::Script, message, Position::new(1, 1)));
         }
-        let run = || -> Result<(AST, Captured), ScriptError> {
-            let ast =
-                engine::compile(&engine, &source.text).map_err(|error| bare.parse_error(&error))?;
+        let compiled_and_run = || -> Result<(AST, Captured), ScriptError> {
+            // Its tree is as large as its text makes it, and no value.
+            let ast = meter
+                .file(|| engine::compile(&engine, &source.text))
+                .map_err(|error| bare.parse_error(&error))?;
             let script = Script { ast: Some(&ast), ..bare };
             if let Some((name, at)) = escape::loop_variable(&ast) {
                 let message = format!(
@@ -143,9 +153,18 @@ impl Stage {
             };
             result.map(|captured| (ast, captured))
         };
+        let run = || {
+            let result = compiled_and_run();
+            if result.is_err() {
+                // They may hold what only this thread's stack is large enough to drop.
+                drop(std::mem::take(&mut state.lock().frame_functions));
+            }
+            result
+        };
         let slow = || tell_slow(&options, &source);
-        let (ast, captured) = own_thread::run(&meter, options.max_memory, slow, run)
-            .unwrap_or_else(|| Err(no_thread(&source.path)))?;
+        let (ast, captured) = own_thread::run(&meter, 0, slow, run)
+            .unwrap_or_else(|broken| Err(broken_down(&source.path, broken)))?;
+        let carried = meter.values();
         let (functions, parameters, warnings) = {
             let mut state = state.lock();
             let functions = std::mem::take(&mut state.frame_functions);
@@ -160,6 +179,7 @@ impl Stage {
             options,
             functions,
             captured,
+            carried,
             parameters,
             warnings,
             told: false,
@@ -182,8 +202,8 @@ impl Stage {
         if self.functions.is_empty() {
             return Ok(());
         }
-        let Stage { source, engine, ast, state, meter, options, functions, captured, told, .. } =
-            self;
+        let Stage { source, engine, ast, state, meter, options, functions, captured, .. } = self;
+        let (told, carried) = (&mut self.told, self.carried);
         let script = Script { path: &source.path, text: &source.text, ast: Some(ast), engine };
         let moment = {
             let mut state = state.lock();
@@ -192,10 +212,12 @@ impl Stage {
             Moment { index, animation: state.scene.animation() }
         };
         let run = || -> Result<(), ScriptError> {
+            let ended = functions.iter().try_for_each(|function| {
+                function.call(engine, moment).map_err(|error| script.run_error(&error))
+            });
+            // Here, where the stack is large: what the frame left may be nested deeply.
             captured.restore();
-            for function in functions.iter() {
-                function.call(engine, moment).map_err(|error| script.run_error(&error))?;
-            }
+            ended?;
             state.lock().check_written().map_err(|trouble| script.trouble(&trouble, Position::NONE))
         };
         let slow = || {
@@ -203,8 +225,8 @@ impl Stage {
                 tell_slow(options, source);
             }
         };
-        let result = own_thread::run(meter, options.max_memory, slow, run)
-            .unwrap_or_else(|| Err(no_thread(&source.path)));
+        let result = own_thread::run(meter, carried, slow, run)
+            .unwrap_or_else(|broken| Err(broken_down(&source.path, broken)));
         state.lock().phase = Phase::Script;
         if let Err(mut error) = result {
             self.rewind();
@@ -263,7 +285,17 @@ impl Stage {
 
     /// The operations that the last run of the script, or the last frame, took.
     pub fn operations(&self) -> u64 {
-        self.meter.operations.load(Ordering::Relaxed)
+        self.meter.operations()
+    }
+}
+
+impl Drop for Stage {
+    fn drop(&mut self) {
+        // A chain of closures is dropped by recursion, and this thread's stack may be small.
+        let held = (std::mem::take(&mut self.functions), std::mem::take(&mut self.captured));
+        if !held.0.is_empty() {
+            let _ = own_thread::run(&self.meter, 0, || {}, move || drop(held));
+        }
     }
 }
 
@@ -291,8 +323,13 @@ fn finish(
             .map_err(|trouble| script.trouble(&trouble, locate::definition(ast, name)))?;
     }
     let roots: Vec<Dynamic> = state.frame_functions.iter().flat_map(FrameFn::roots).collect();
-    let captured = Captured::walk(ast, roots.iter())
-        .map_err(|trouble| script.trouble(&trouble, Position::NONE))?;
+    let place = state.frame_functions.first().map_or(Position::NONE, FrameFn::place);
+    let captured =
+        Captured::walk(ast, roots.iter()).map_err(|trouble| script.trouble(&trouble, place))?;
+    // The values are kept beside their cells, to be put back after each frame.
+    if state.meter.room(0).is_err() {
+        return Err(script.trouble(&state.meter.memory_trouble(), place));
+    }
     state.seal();
     Ok(captured)
 }
@@ -320,8 +357,17 @@ fn tell_slow(options: &Options, source: &Source) {
     }
 }
 
-fn no_thread(path: &Path) -> ScriptError {
-    nowhere(path, ErrorKind::Script, "the script's thread could not start, or broke down".into())
+fn broken_down(path: &Path, broken: Broken) -> ScriptError {
+    match broken {
+        Broken::NoThread => nowhere(
+            path,
+            ErrorKind::System,
+            "the system gives no thread to run the script on: more processes or memory are needed (ulimit -u, ulimit -v)".into(),
+        ),
+        Broken::Panicked => {
+            nowhere(path, ErrorKind::Script, "the script's thread broke down".into())
+        }
+    }
 }
 
 /// An error that is in no place of the script.

@@ -2,6 +2,7 @@
 
 use crate::angles::Angles;
 use crate::handle::Handle;
+use crate::meter::Meter;
 use crate::nouns::{CHECKER, FORMS, MATERIAL, SHADER, STRIPES, TEXTURED};
 use crate::origins::Origins;
 use crate::params::Parameters;
@@ -32,6 +33,8 @@ pub(crate) enum Phase {
 pub(crate) struct State {
     pub scene: Scene,
     pub assets: Assets,
+    /// What the script takes, which the things that it makes are told from.
+    pub meter: Arc<Meter>,
     pub phase: Phase,
     /// Counts the frame calls, so that a handle of an earlier one is known.
     pub epoch: u64,
@@ -71,10 +74,11 @@ impl Shared {
 }
 
 impl State {
-    pub fn new(assets: Assets, parameters: Parameters) -> Self {
+    pub fn new(assets: Assets, parameters: Parameters, meter: Arc<Meter>) -> Self {
         Self {
             scene: Scene::new(),
             assets,
+            meter,
             phase: Phase::Script,
             epoch: 0,
             parameters,
@@ -478,7 +482,9 @@ pub(crate) fn register(engine: &mut rhai::Engine, state: &Shared) {
             maker,
             move |ctx: NativeCallContext, mut map: Map| -> Fallible<Handle> {
                 record_functions(&ctx, maker, &mut map)?;
-                shared.lock().make(maker, &map, ctx.call_position())
+                let mut state = shared.lock();
+                let meter = state.meter.clone();
+                meter.scene(|| state.make(maker, &map, ctx.call_position()))
             },
         );
     }

@@ -7,7 +7,7 @@ use crate::value::{describe, takes_one};
 use reflet_scene::Animation;
 #[allow(deprecated)] // "volatile", says Rhai of storing a context; its version is pinned.
 use rhai::NativeCallContextStore;
-use rhai::{Dynamic, Engine, EvalAltResult, FnPtr, NativeCallContext};
+use rhai::{Dynamic, Engine, EvalAltResult, FnPtr, NativeCallContext, Position};
 
 /// A frame function: the closure, and the surroundings in which it was registered.
 #[allow(deprecated)]
@@ -22,6 +22,11 @@ impl FrameFn {
     pub fn call(&self, engine: &Engine, moment: Moment) -> Result<(), Box<EvalAltResult>> {
         let context = self.context.create_context(engine);
         self.function.call_raw(&context, None, [Dynamic::from(moment)]).map(|_| ())
+    }
+
+    /// Where `on_frame` was called.
+    pub fn place(&self) -> Position {
+        self.context.pos
     }
 
     /// The function, and the values of the `global::NAME` constants that it sees.

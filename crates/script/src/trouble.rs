@@ -78,7 +78,11 @@ pub(crate) fn trouble(message: impl Into<String>) -> Box<EvalAltResult> {
 
 /// An error that a script cannot catch: a limit was reached.
 pub(crate) fn limit(message: impl Into<String>) -> Box<EvalAltResult> {
-    let trouble = Trouble::new(message);
+    ended(Trouble::new(message))
+}
+
+/// An error that a script cannot catch.
+pub(crate) fn ended(trouble: Trouble) -> Box<EvalAltResult> {
     EvalAltResult::ErrorTerminated(Dynamic::from(trouble), Position::NONE).into()
 }
 

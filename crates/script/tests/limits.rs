@@ -51,7 +51,11 @@ fn what_would_grow_in_one_step_is_refused_before() {
         ),
         (
             "let s = \"aaaaaaaa\"; let b = [s]; b.pad(10000, 0); for i in 0..9 { let c = []; c.pad(1000000, b); }",
-            "the array would be longer than 16777216",
+            "the script holds too much memory: its strings, arrays and maps take more than 256 MiB, a quarter of the 1024 MiB allowed (the rest is for copies); --max-memory allows more",
+        ),
+        (
+            "let a = []; a.pad(16000000, #{ a: 1 });",
+            "the script holds too much memory: its strings, arrays and maps take more than 256 MiB, a quarter of the 1024 MiB allowed (the rest is for copies); --max-memory allows more",
         ),
     ] {
         let error = error(script);
@@ -149,6 +153,41 @@ fn long_scripts_are_bounded() {
     let many: String = (0..40_000).map(|i| format!("let v{i} = v{};\n", i / 2)).collect();
     let said = error(&format!("let v0 = 0;\n{}", &many[many.find('\n').unwrap() + 1..])).message;
     assert!(said.contains("variables are too many for a script of this length"), "{said}");
+    let keys: String = (0..100_000).map(|i| format!("k{i}: 1, ")).collect();
+    let said = error(&format!("let x = #{{ {keys} }};")).message;
+    assert!(said.contains("keys are too many for a map that is written out"), "{said}");
+    let said = error("for i in 0..200000 { param(`p${i}`, 1, 0, 2); }").message;
+    assert_eq!(said, "a scene has at most 4096 parameters");
+}
+
+#[test]
+fn large_groups_are_made_in_linear_time() {
+    let script = "let all = []; for i in 0..100000 { all.push(sphere(#{ center: [i, 0, 0], radius: 1 })); } group(all);";
+    run(script, &Options::default()).unwrap();
+    let said = error("let s = sphere(#{ center: [0, 0, 0], radius: 1 }); group([s, s]);").message;
+    assert_eq!(said, "a sphere at 1 is in the array twice");
+}
+
+#[test]
+fn what_natives_touch_counts_as_operations() {
+    let long = "let s = \"\"; s.pad(90000, 'a'); let t = s + \"b\"; ";
+    for script in [
+        "loop { s == t }",
+        "loop { s < t }",
+        "loop { [s] == [t] }",
+        "loop { let u = s; u.replace(\"a\", \"c\"); }",
+        "loop { s.split(\"\").len() }",
+        "loop { let u = \"\"; u.pad(99999, 'x'); }",
+        "let a = [1]; a.pad(10000, 1); loop { a == a }",
+        "let a = [1]; a.pad(10000, 1); loop { a.to_string() }",
+    ] {
+        let options = Options { max_operations: 1_000_000, ..Options::default() };
+        let begin = std::time::Instant::now();
+        let error = run(&format!("{long}{script}"), &options).unwrap_err();
+        assert!(error.message.starts_with("more than 1000000 operations"), "{script}: {error}");
+        // By operations alone each would take minutes.
+        assert!(begin.elapsed().as_secs() < 20, "{script}: {:?}", begin.elapsed());
+    }
 }
 
 #[test]
