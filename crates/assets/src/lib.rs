@@ -12,6 +12,10 @@
 //! | [`texture`] | PNG, JPEG, EXR and PPM to [`Texture`] |
 //! | [`png`] | PNG to 8-bit pixels |
 //! | [`error`] | what is wrong with a file: missing, forbidden or broken, with its line or byte |
+//! | `format` | what a file is that is not what its name says |
+//! | `faces`, `polygon` | polygons, and how they become triangles |
+//! | `lookup` | files named in another case |
+//! | `left_out` | what is left out of a file, counted |
 //! | `finish` | what all mesh formats end with |
 //! | `words` | text files, word by word |
 //!
@@ -30,21 +34,26 @@
 //! ```
 
 pub mod error;
+mod faces;
 mod finish;
+mod format;
 pub mod gltf;
 pub mod jail;
+mod left_out;
+mod lookup;
 pub mod mesh;
 pub mod mtl;
 pub mod obj;
 pub mod ply;
 pub mod png;
+mod polygon;
 pub mod stl;
 pub mod texture;
 mod words;
 
 pub use error::{AssetError, Cause, Fault};
 use reflet_scene::{MeshData, Texture};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -65,11 +74,13 @@ struct Read {
     textures: HashMap<PathBuf, Arc<Texture>>,
     notes: Vec<Note>,
     asked: Vec<PathBuf>,
+    /// The same, to find them.
+    is_asked: HashSet<PathBuf>,
 }
 
 impl Read {
     fn asks(&mut self, path: PathBuf) {
-        if !self.asked.contains(&path) {
+        if self.is_asked.insert(path.clone()) {
             self.asked.push(path);
         }
     }
@@ -136,10 +147,13 @@ impl Assets {
             let relative = beside.join(name);
             let shown = found.folder.join(&relative);
             read.asks(shown.clone());
-            let place = match relative.to_str() {
-                Some(relative) => jail::find(&found.folder, relative)?,
-                None => return Err(AssetError::missing(&shown, "the name is not UTF-8")),
-            };
+            let sought = jail::find(&found.folder, &relative.to_string_lossy());
+            let place = sought.or_else(|error| {
+                // Meshes from systems that do not tell upper from lower case name files so, too.
+                let same = lookup::any_case(&found.folder, &relative);
+                let same = same.filter(|same| error.cause() == Cause::Missing && *same != relative);
+                same.map_or(Err(error), |same| jail::find(&found.folder, &same.to_string_lossy()))
+            })?;
             jail::bytes(&place, &shown)
         };
         let mesh::MeshFile { data, notes } = mesh::decode(&found.shown, &bytes, &mut other)?;
