@@ -258,7 +258,7 @@ mod tests {
         let notes: Vec<_> = assets.notes().into_iter().map(|n| n.message).collect();
         assert_eq!(
             notes,
-            ["2 triangles without area skipped; 1 unknown statement ignored, the first in line 5"]
+            ["1 unknown statement ignored (line 5); 2 triangles without area skipped"]
         );
     }
 

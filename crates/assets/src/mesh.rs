@@ -69,6 +69,9 @@ pub fn decode(
     if without_area > 0 {
         notes.insert(0, format!("{} without area skipped", counted(without_area, "triangle")));
     }
+    // A warning is one line, whatever names a file holds.
+    let printable = |c: char| if c.is_control() { '\u{fffd}' } else { c };
+    let notes = notes.iter().map(|note| note.chars().map(printable).collect()).collect();
     Ok(MeshFile { data, notes })
 }
 

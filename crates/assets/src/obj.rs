@@ -261,7 +261,7 @@ impl Reading {
         }
         if self.faces.len() == 0 {
             let told = self.left_out.told();
-            return Err(Fault::file(match told.is_empty() {
+            return Err(Fault::file(match told.is_empty() || count == 0 {
                 true => "holds no face (`f` line); is it a Wavefront OBJ file?".to_owned(),
                 false => format!("holds no face (`f` line), but: {}", told.join("; ")),
             }));

@@ -224,7 +224,9 @@ fn broken_files_are_errors_with_a_place_and_never_panics() {
                 assert_eq!(error.cause(), Cause::Broken, "{name} cut at {cut}: {error}");
             }
         }
-        assert!(decode(name, &bytes[..bytes.len() / 2]).is_err(), "{name}");
+        // An STL text that is cut between two facets lacks no more than its end.
+        let half = decode(name, &bytes[..bytes.len() / 2]);
+        assert!(half.is_ok_and(|file| !file.notes.is_empty()) == (name == "a.stl"), "{name}");
         for at in 0..bytes.len() {
             for bit in 0..8 {
                 let mut bad = bytes.clone();
@@ -294,7 +296,7 @@ fn faults_name_their_place() {
         (
             "a.ply",
             replaced(ascii_ply(), "4 0 1 2 3", "2 0 1"),
-            "a.ply: holds 4 vertices and no face: a point cloud is no surface (1 face of fewer than three corners skipped (line 25); not read: `face.quality`, `edge`)".into(),
+            "a.ply: holds 4 vertices and no face: a point cloud is no surface (1 face of fewer than three corners skipped (line 25); not read: `vertex.red`, `face.quality`, `edge`)".into(),
         ),
         ("b.ply", far, format!("b.ply: byte {faces}: vertex 9 is asked for, there are 4 (counted from 0)")),
         (
