@@ -55,7 +55,8 @@ pub(crate) fn other_than(ending: &str, bytes: &[u8]) -> Option<&'static str> {
         return Some("empty");
     }
     // A binary STL file begins with any 80 bytes.
-    let long_stl = ending == "stl" && bytes.len() >= 84 && !matches!(bytes, [0xff | 0xfe, 0xfe | 0xff, ..]);
+    let long_stl =
+        ending == "stl" && bytes.len() >= 84 && !matches!(bytes, [0xff | 0xfe, 0xfe | 0xff, ..]);
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     let begins = |sign: &[u8]| bytes.starts_with(sign) || text.starts_with(sign);
     let read = READ.iter().find(|(sign, ..)| begins(sign));

@@ -24,7 +24,8 @@ pub(crate) fn any_case(root: &Path, file: &Path) -> Option<PathBuf> {
         let wanted = name.to_str()?.to_lowercase();
         let entries = std::fs::read_dir(folder).ok()?.take(ENTRIES).flatten();
         let names = entries.map(|entry| entry.file_name());
-        let mut same = names.filter(|name| name.to_str().is_some_and(|n| n.to_lowercase() == wanted));
+        let mut same =
+            names.filter(|name| name.to_str().is_some_and(|n| n.to_lowercase() == wanted));
         match (same.next(), same.next()) {
             (Some(name), None) => found.push(name),
             _ => return None,

@@ -179,12 +179,8 @@ impl Image {
     /// What a map statement says after its first word, and the options that are not read. `None`: it
     /// names no file.
     fn of(line: &str) -> Option<(Image, Vec<String>)> {
-        let mut image = Image {
-            file: String::new(),
-            scale: [1.0; 2],
-            offset: [0.0; 2],
-            is_clamped: false,
-        };
+        let mut image =
+            Image { file: String::new(), scale: [1.0; 2], offset: [0.0; 2], is_clamped: false };
         let mut odd = Vec::new();
         let mut rest = line.trim();
         // An option is one of the format's: a file's name may begin with a hyphen.
@@ -281,11 +277,15 @@ mod tests {
             is_clamped: false,
         };
         assert_eq!(image("map_Kd a.png"), (Some(plain("a.png")), vec![]));
-        assert_eq!(image("map_kd  tex\\two words.png \r"), (Some(plain("tex\\two words.png")), vec![]));
+        assert_eq!(
+            image("map_kd  tex\\two words.png \r"),
+            (Some(plain("tex\\two words.png")), vec![])
+        );
         assert_eq!(image("map_Kd \"a b.png\""), (Some(plain("a b.png")), vec![]));
         assert_eq!(image("map_Kd -bm 0.2 -imfchan r -a.png"), (Some(plain("-a.png")), vec![]));
         let (found, odd) = image("map_Kd -s 2 3 1 -o 0.5 -clamp on -blendu off -t 1 a b.png");
-        let wanted = Image { scale: [2.0, 3.0], offset: [0.5, 0.0], is_clamped: true, ..plain("a b.png") };
+        let wanted =
+            Image { scale: [2.0, 3.0], offset: [0.5, 0.0], is_clamped: true, ..plain("a b.png") };
         assert_eq!((found, odd), (Some(wanted), vec!["map_Kd -t".to_owned()]));
         assert_eq!(image("map_Kd"), (None, vec!["map_Kd".to_owned()]));
         assert_eq!(image("map_Kd -s 1 1"), (None, vec!["map_Kd".to_owned()]));

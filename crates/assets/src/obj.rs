@@ -38,8 +38,27 @@ pub struct Obj {
 
 /// Statements of the format that say nothing about where triangles are.
 const SILENT: &[&[u8]] = &[
-    b"vp", b"g", b"o", b"mg", b"bevel", b"c_interp", b"d_interp", b"lod", b"cstype", b"deg",
-    b"bmat", b"step", b"parm", b"trim", b"hole", b"scrv", b"sp", b"end", b"con", b"ctech", b"stech",
+    b"vp",
+    b"g",
+    b"o",
+    b"mg",
+    b"bevel",
+    b"c_interp",
+    b"d_interp",
+    b"lod",
+    b"cstype",
+    b"deg",
+    b"bmat",
+    b"step",
+    b"parm",
+    b"trim",
+    b"hole",
+    b"scrv",
+    b"sp",
+    b"end",
+    b"con",
+    b"ctech",
+    b"stech",
 ];
 
 /// Statements of the format that are left out.
@@ -56,9 +75,11 @@ const LEFT_OUT: &[(&[u8], Kind)] = &[
     (b"shadow_obj", CALLS),
     (b"trace_obj", CALLS),
 ];
-const CURVES: Kind = Kind::new("free-form curve or surface left out", "free-form curves and surfaces left out");
+const CURVES: Kind =
+    Kind::new("free-form curve or surface left out", "free-form curves and surfaces left out");
 const MAPS: Kind = Kind::new("texture map statement left out", "texture map statements left out");
-const CALLS: Kind = Kind::new("mention of another file left out", "mentions of other files left out");
+const CALLS: Kind =
+    Kind::new("mention of another file left out", "mentions of other files left out");
 const SMOOTHED: Kind = Kind::new(
     "smoothing group left out: its faces have no normals",
     "smoothing groups left out: their faces have no normals",
@@ -194,7 +215,11 @@ impl Reading {
         };
         if let Some(colour) = colour {
             self.colours.resize(self.obj.data.positions.len(), [1.0; 3]);
-            self.colours.push(colour.map(|x| if x.is_finite() { linear(f64::from(x).clamp(0.0, 1.0)) } else { 1.0 }));
+            self.colours.push(
+                colour.map(
+                    |x| if x.is_finite() { linear(f64::from(x).clamp(0.0, 1.0)) } else { 1.0 },
+                ),
+            );
         }
         self.obj.data.positions.push([x, y, z]);
         Ok(())
@@ -281,7 +306,9 @@ impl Reading {
     /// that a corner has.
     fn triangles(&mut self) {
         let Self { faces, uvs, normals, left_out, .. } = self;
-        let uv_of = |corner: Corner| uvs.get(corner[1] as usize).filter(|uv| uv.iter().all(|x| x.is_finite()));
+        let uv_of = |corner: Corner| {
+            uvs.get(corner[1] as usize).filter(|uv| uv.iter().all(|x| x.is_finite()))
+        };
         let normal_of = |corner: Corner| normals.get(corner[2] as usize);
         let (mut has_uv, mut has_normal) = (0, 0);
         let mut absent = [0; 3];
@@ -326,8 +353,7 @@ impl Reading {
                 triangles.push(corners.map(|corner| {
                     let (uv, normal) = (uv_of(corner), normal_of(corner));
                     let [vertex, u, n] = corner;
-                    let group =
-                        [vertex, uv.map_or(NONE, |_| u), normal.map_or(NONE, |_| n)];
+                    let group = [vertex, uv.map_or(NONE, |_| u), normal.map_or(NONE, |_| n)];
                     let recent = &mut last[vertex as usize];
                     if (recent.0, recent.1) == (group[1], group[2]) && recent.2 != NONE {
                         return recent.2;

@@ -185,7 +185,8 @@ impl Reading {
             p.length.is_some() && matches!(&*p.name, b"vertex_indices" | b"vertex_index")
         };
         let Some(list) = element.properties.iter().position(is_list) else {
-            let message = format!("its element {} has no list `vertex_indices`", shown(&element.name));
+            let message =
+                format!("its element {} has no list `vertex_indices`", shown(&element.name));
             return Err(Fault::file(message));
         };
         self.pass_over(element, |at| at == list);
@@ -218,7 +219,12 @@ impl Reading {
         Ok(index)
     }
 
-    fn face(&mut self, values: &mut Values<'_>, length: usize, number: Number) -> Result<(), Fault> {
+    fn face(
+        &mut self,
+        values: &mut Values<'_>,
+        length: usize,
+        number: Number,
+    ) -> Result<(), Fault> {
         let line = (values.encoding == Encoding::Ascii).then_some(values.line);
         for _ in 0..length {
             let at = values.at;
@@ -233,7 +239,12 @@ impl Reading {
     }
 
     /// Triangles of which each shares an edge with the one before.
-    fn strip(&mut self, values: &mut Values<'_>, length: usize, number: Number) -> Result<(), Fault> {
+    fn strip(
+        &mut self,
+        values: &mut Values<'_>,
+        length: usize,
+        number: Number,
+    ) -> Result<(), Fault> {
         let (mut last, mut count) = ([0; 2], 0_usize);
         for _ in 0..length {
             let at = values.at;
@@ -257,7 +268,9 @@ impl Reading {
 
     fn end(mut self) -> Result<Ply, Fault> {
         let count = self.data.positions.len();
-        if let Some((index, fault)) = self.highest.take().filter(|(index, _)| *index as usize >= count) {
+        if let Some((index, fault)) =
+            self.highest.take().filter(|(index, _)| *index as usize >= count)
+        {
             let from_1 = index as usize == count && self.lowest == Some(1);
             let hint = if from_1 { "; they are counted from 0" } else { " (counted from 0)" };
             let message = format!("{}, there are {count}{hint}", fault.message);
@@ -268,8 +281,10 @@ impl Reading {
             if !self.passed_over.is_empty() {
                 told.push(format!("not read: {}", self.passed_over.join(", ")));
             }
-            let but = if told.is_empty() { String::new() } else { format!(" ({})", told.join("; ")) };
-            let message = format!("holds {count} vertices and no face: a point cloud is no surface{but}");
+            let but =
+                if told.is_empty() { String::new() } else { format!(" ({})", told.join("; ")) };
+            let message =
+                format!("holds {count} vertices and no face: a point cloud is no surface{but}");
             return Err(Fault::file(message));
         }
         let Self { data, faces, left_out, .. } = &mut self;

@@ -22,7 +22,8 @@ pub(crate) enum Cut {
 pub(crate) fn triangulate(corners: &[[f32; 3]], push: &mut dyn FnMut([usize; 3])) -> Cut {
     let n = corners.len();
     let spanned = |i: usize| area([corners[0], corners[i], corners[i + 1]]);
-    let whole = (1..n - 1).map(spanned).fold([0.0; 3], |sum, part| [0, 1, 2].map(|k| sum[k] + part[k]));
+    let whole =
+        (1..n - 1).map(spanned).fold([0.0; 3], |sum, part| [0, 1, 2].map(|k| sum[k] + part[k]));
     // Without an area the fan's triangles have none, or cancel out.
     if n == 3 || whole == [0.0; 3] || (1..n - 1).all(|i| dot(spanned(i), whole) > 0.0) {
         (1..n - 1).for_each(|i| push([0, i, i + 1]));
@@ -190,7 +191,8 @@ impl Ears {
                     continue;
                 }
                 let ear = self.ear(i);
-                if self.bend(i) > 0.0 && !self.blockers.within(&self.points, self.places(ear), test) {
+                if self.bend(i) > 0.0 && !self.blockers.within(&self.points, self.places(ear), test)
+                {
                     push(ear);
                     self.drop(i);
                 }
@@ -377,8 +379,9 @@ mod tests {
         let sum = |parts: &[[f64; 3]]| {
             parts.iter().fold([0.0; 3], |sum, part| [0, 1, 2].map(|k| sum[k] + part[k]))
         };
-        let fan: Vec<[f64; 3]> =
-            (1..corners.len() - 1).map(|i| area([corners[0], corners[i], corners[i + 1]])).collect();
+        let fan: Vec<[f64; 3]> = (1..corners.len() - 1)
+            .map(|i| area([corners[0], corners[i], corners[i + 1]]))
+            .collect();
         let whole = sum(&fan);
         assert!(spanned.iter().all(|part| dot(*part, whole) > 0.0), "{found:?}");
         assert_eq!((found.len(), cut), (triangles, Cut::Whole));
@@ -395,8 +398,10 @@ mod tests {
     fn convex_polygons_are_fans() {
         let square = flat(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
         assert_eq!(cut(&square).0, [[0, 1, 2], [0, 2, 3]]);
-        let hexagon: Vec<[f32; 2]> =
-            (0..6).map(|i| f64::from(i) * 1.047).map(|a| [a.cos() as f32, a.sin() as f32]).collect();
+        let hexagon: Vec<[f32; 2]> = (0..6)
+            .map(|i| f64::from(i) * 1.047)
+            .map(|a| [a.cos() as f32, a.sin() as f32])
+            .collect();
         assert_eq!(cut(&flat(&hexagon)).0, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]);
     }
 
@@ -416,7 +421,8 @@ mod tests {
 
     #[test]
     fn corners_on_straight_edges_stay_corners_of_triangles() {
-        let square = flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [0.0, 1.0]]);
+        let square =
+            flat(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [0.0, 1.0]]);
         for first in 0..6 {
             let mut turned = square.clone();
             turned.rotate_left(first);
@@ -426,7 +432,8 @@ mod tests {
 
     #[test]
     fn corners_at_one_place_and_ways_back_span_nothing() {
-        let twice = [[0.0, 0.0], [0.0, 0.0], [2.0, 0.0], [1.0, 1.0], [1.0, 1.0], [2.0, 2.0], [0.0, 2.0]];
+        let twice =
+            [[0.0, 0.0], [0.0, 0.0], [2.0, 0.0], [1.0, 1.0], [1.0, 1.0], [2.0, 2.0], [0.0, 2.0]];
         covers(&flat(&twice), 3);
         let spike = [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
         covers(&flat(&spike), 2);
@@ -435,8 +442,16 @@ mod tests {
     #[test]
     fn a_hole_is_reached_by_an_edge_that_is_passed_twice() {
         let holed = [
-            [0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0],
-            [1.0, 1.0], [1.0, 3.0], [3.0, 3.0], [3.0, 1.0], [1.0, 1.0],
+            [0.0, 0.0],
+            [4.0, 0.0],
+            [4.0, 4.0],
+            [0.0, 4.0],
+            [0.0, 0.0],
+            [1.0, 1.0],
+            [1.0, 3.0],
+            [3.0, 3.0],
+            [3.0, 1.0],
+            [1.0, 1.0],
         ];
         for first in 0..10 {
             let mut turned = flat(&holed);
@@ -447,9 +462,8 @@ mod tests {
 
     #[test]
     fn it_lies_in_any_plane() {
-        let comb = [
-            [0.0, 0.0], [5.0, 0.0], [5.0, 3.0], [4.0, 1.0], [3.0, 3.0], [2.0, 1.0], [1.0, 3.0],
-        ];
+        let comb =
+            [[0.0, 0.0], [5.0, 0.0], [5.0, 3.0], [4.0, 1.0], [3.0, 3.0], [2.0, 1.0], [1.0, 3.0]];
         for [u, v] in [
             [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
             [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],

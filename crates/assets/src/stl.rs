@@ -25,7 +25,8 @@ pub struct Stl {
 const HEAD: usize = 84;
 const FACET: usize = 50;
 
-const TRAILING: Kind = Kind::new("byte after the facets left out", "bytes after the facets left out");
+const TRAILING: Kind =
+    Kind::new("byte after the facets left out", "bytes after the facets left out");
 const ATTRIBUTES: Kind = Kind::new(
     "facet has attribute bytes (a colour?), which are left out",
     "facets have attribute bytes (colours?), which are left out",

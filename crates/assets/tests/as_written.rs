@@ -109,8 +109,10 @@ fn ply_with_strips() {
 
 #[test]
 fn ply_colours_are_worn() {
-    let colours = "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n";
-    let rows = "0 0 0 255 0 128 255\n1 0 0 255 255 255 9\n1 1 0 0 0 0 0\n0 1 0 0 0 0 0\n4 0 1 2 3\n";
+    let colours =
+        "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar alpha\n";
+    let rows =
+        "0 0 0 255 0 128 255\n1 0 0 255 255 255 9\n1 1 0 0 0 0 0\n0 1 0 0 0 0 0\n4 0 1 2 3\n";
     let file = decode("a.ply", &ply(colours, FACES, rows)).unwrap();
     // sRGB 128 of 255 is 0.2158605 in linear intensities.
     assert_eq!(file.data.colours[..2], [[1.0, 0.0, 0.215_860_5], [1.0; 3]]);
@@ -161,7 +163,11 @@ fn what_is_no_mesh_is_told_by_its_format() {
     for (name, bytes, said) in [
         ("a.obj", &b""[..], "a.obj: is empty"),
         ("a.stl", b"", "a.stl: is empty"),
-        ("a.obj.gz", b"\x1f\x8b\x08", "a.obj.gz: is a file compressed by gzip; unpack it (`gunzip`)"),
+        (
+            "a.obj.gz",
+            b"\x1f\x8b\x08",
+            "a.obj.gz: is a file compressed by gzip; unpack it (`gunzip`)",
+        ),
         ("a.ply", b"PK\x03\x04", "a.ply: is a ZIP archive; unpack it"),
         ("a.obj", b"\xff\xfev\0 \0", "a.obj: is a text in UTF-16; save it as UTF-8"),
         ("a.ply", b"\xfe\xff\0p", "a.ply: is a text in UTF-16; save it as UTF-8"),
@@ -171,7 +177,11 @@ fn what_is_no_mesh_is_told_by_its_format() {
         ("a.obj", b"\n <!DOCTYPE html>", "a.obj: is an HTML page; download the file itself"),
         ("a.stl", &long, "a.stl: is a PNG picture"),
         ("a.fbx", b"Kaydara FBX Binary", "a.fbx: is an FBX file; convert it to glTF or OBJ"),
-        ("a.dae", b"<?xml v", "a.dae: is an XML file (COLLADA, X3D, AMF?); convert it to glTF or OBJ"),
+        (
+            "a.dae",
+            b"<?xml v",
+            "a.dae: is an XML file (COLLADA, X3D, AMF?); convert it to glTF or OBJ",
+        ),
         (
             "a.obj",
             b"version https://git-lfs.github.com/spec/v1",
@@ -190,7 +200,8 @@ fn what_is_no_mesh_is_told_by_its_format() {
 /// The materials of a mesh with this library beside it, and the note.
 fn worn(mtl: &str) -> (Vec<MeshMaterial>, String) {
     let names: Vec<&str> = mtl.lines().filter_map(|line| line.strip_prefix("newmtl ")).collect();
-    let faces: String = names.iter().map(|name| format!("usemtl {name}\nf 1/1 2/1 3/1\n")).collect();
+    let faces: String =
+        names.iter().map(|name| format!("usemtl {name}\nf 1/1 2/1 3/1\n")).collect();
     let obj = format!("mtllib a.mtl\n{FOUR}{faces}");
     let room = folder(&[
         ("m/a.obj", obj.as_bytes()),
@@ -227,7 +238,10 @@ fn colours_that_are_not_given() {
     assert_eq!(worn[1].diffuse, [1.0; 3]);
     assert_eq!((worn[2].ambient, worn[2].diffuse), ([3.0, 2.0, 1.0], [0.0; 3]));
     assert_eq!((worn[3].diffuse, worn[3].specular), ([0.0; 3], [1.0; 3]));
-    assert!(note.starts_with("the texture `gone.ppm` is not worn: there is no such file"), "{note}");
+    assert!(
+        note.starts_with("the texture `gone.ppm` is not worn: there is no such file"),
+        "{note}"
+    );
     assert!(note.ends_with("; not read of its materials: d, map_Bump, Tf"), "{note}");
 }
 
@@ -252,7 +266,11 @@ fn textures_are_worn_by_their_makers_names() {
          newmtl d\nKa 1 1 1\nmap_Ka \"textures\\TWO WORDS.PPM\"\n",
     );
     let diffuse = |i: usize| -> Map {
-        worn[i].maps.as_ref().and_then(|maps| maps.diffuse.clone()).unwrap_or_else(|| panic!("{note}"))
+        worn[i]
+            .maps
+            .as_ref()
+            .and_then(|maps| maps.diffuse.clone())
+            .unwrap_or_else(|| panic!("{note}"))
     };
     // sRGB 128 of 255 is 0.2158605 in linear intensities.
     assert_eq!(diffuse(0).image.texels, [[1.0, 0.215_860_5, 0.0]]);

@@ -57,7 +57,10 @@ fn a_long_ascii_stl_is_read_as_a_whole() {
     }
     let cut = plain.replace("endsolid facet one\n", "");
     let read_cut = read(&cut).unwrap();
-    assert_eq!((read_cut.data, &read_cut.notes[..]), (data, &["1 `endsolid` is missing at the end".to_owned()][..]));
+    assert_eq!(
+        (read_cut.data, &read_cut.notes[..]),
+        (data, &["1 `endsolid` is missing at the end".to_owned()][..])
+    );
     let cut = cut.trim_end().strip_suffix("endfacet").unwrap();
     let line = lines(facets.len());
     let said = format!("a.stl:{line}: the file ends in the midst of a facet");

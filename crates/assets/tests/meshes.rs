@@ -284,7 +284,6 @@ fn faults_name_their_place() {
     let mut far = little();
     let at = far.len() - 12 - 4;
     far[at..at + 4].copy_from_slice(&9_i32.to_le_bytes());
-    let faces = far.len() - 12 - 17;
     let cases: Vec<(&str, Vec<u8>, String)> = vec![
         ("a.ply", b"plx\n".to_vec(), "a.ply:1: does not begin with `ply`; is it a PLY file?".into()),
         (
@@ -298,7 +297,7 @@ fn faults_name_their_place() {
             replaced(ascii_ply(), "4 0 1 2 3", "2 0 1"),
             "a.ply: holds 4 vertices and no face: a point cloud is no surface (1 face of fewer than three corners skipped (line 25); not read: `vertex.red`, `face.quality`, `edge`)".into(),
         ),
-        ("b.ply", far, format!("b.ply: byte {faces}: vertex 9 is asked for, there are 4 (counted from 0)")),
+        ("b.ply", far, format!("b.ply: byte {at}: vertex 9 is asked for, there are 4 (counted from 0)")),
         (
             "b.ply",
             little()[..little().len() - 9].to_vec(),

@@ -27,7 +27,8 @@ impl State {
         match mesh.worn_by(name) {
             Some(material) => Ok(material),
             None => {
-                let known: Vec<&str> = mesh.data.materials.iter().map(|own| &own.name[..]).collect();
+                let known: Vec<&str> =
+                    mesh.data.materials.iter().map(|own| &own.name[..]).collect();
                 let offer = names::offer(name, "has", &known);
                 Err(trouble(format!("the mesh's file has no material `{name}`{offer}")))
             }

@@ -21,8 +21,10 @@ const HIGHLIGHTS: Kind = Kind::new(
     "highlight left out (`Ks` with `illum` 0 to 2 does not mirror)",
     "highlights left out (`Ks` with `illum` 0 to 2 does not mirror)",
 );
-const MISSING: Kind = Kind::new("more of its materials' files not found", "more of its materials' files not found");
-const UNWORN: Kind = Kind::new("more texture that cannot be worn", "more textures that cannot be worn");
+const MISSING: Kind =
+    Kind::new("more of its materials' files not found", "more of its materials' files not found");
+const UNWORN: Kind =
+    Kind::new("more texture that cannot be worn", "more textures that cannot be worn");
 
 /// Bytes of files, by their paths relative to the mesh.
 pub(crate) type Other<'a> = dyn FnMut(&str) -> Result<Vec<u8>, AssetError> + 'a;
@@ -32,7 +34,11 @@ pub(crate) type Other<'a> = dyn FnMut(&str) -> Result<Vec<u8>, AssetError> + 'a;
 ///
 /// # Errors
 /// A library that is there and broken.
-pub(crate) fn wear(path: &Path, obj: &mut Obj, other: &mut Other<'_>) -> Result<Vec<String>, AssetError> {
+pub(crate) fn wear(
+    path: &Path,
+    obj: &mut Obj,
+    other: &mut Other<'_>,
+) -> Result<Vec<String>, AssetError> {
     let mut wearing = Wearing { has_uvs: !obj.data.uvs.is_empty(), ..Wearing::new(other) };
     if !obj.data.materials.is_empty() {
         wearing.libraries(path, &obj.libraries)?;
@@ -251,7 +257,8 @@ impl<'a, 'b> Wearing<'a, 'b> {
     fn map(&mut self, image: Option<Image>, library: &str) -> Option<Map> {
         let Image { file, scale, offset, is_clamped } = image?;
         if !self.has_uvs {
-            let message = format!("`{file}` is not worn: the mesh has no texture coordinates (`vt`)");
+            let message =
+                format!("`{file}` is not worn: the mesh has no texture coordinates (`vt`)");
             if !self.notes.contains(&message) {
                 self.tell(message, UNWORN);
             }

@@ -52,4 +52,3 @@ fn integer(word: &[u8]) -> Option<i64> {
     }
     Some(if negative { -value } else { value })
 }
-

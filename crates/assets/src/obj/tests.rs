@@ -98,11 +98,7 @@ fn every_fault_has_its_line_and_its_words() {
         ("v 0 zero 0\n", 1, "`zero` is not a number; mend the `v` line"),
         ("v 0 0 0 red\n", 1, "`red` is not a number; mend the `v` line"),
         ("v 1e39 0 0\n", 1, "`1e39` is beyond the range of f32; scale the mesh"),
-        (
-            "v 0 0,5 0\n",
-            1,
-            "`0,5` is not a number (decimals follow a point); mend the `v` line",
-        ),
+        ("v 0 0,5 0\n", 1, "`0,5` is not a number (decimals follow a point); mend the `v` line"),
         ("v 0 0 \u{1}\n", 1, "what is no text is not a number; mend the `v` line"),
         ("v 0 0 0\nf 1 1 2\n", 2, "vertex 2 is asked for, there are 1; mend the `f` line"),
         ("v 0 0 0\nf -2 1 1\n", 2, "vertex -2 is asked for, there are 1; mend the `f` line"),
@@ -117,11 +113,7 @@ fn every_fault_has_its_line_and_its_words() {
             2,
             "`1/2/3/4` is no corner of a face; write a, a/b, a//c or a/b/c",
         ),
-        (
-            "v 0 0 0\nf 1 1 1.5\n",
-            2,
-            "`1.5` is no corner of a face; write a, a/b, a//c or a/b/c",
-        ),
+        ("v 0 0 0\nf 1 1 1.5\n", 2, "`1.5` is no corner of a face; write a, a/b, a//c or a/b/c"),
         ("v 0 0 0\nf 1 1 /2\n", 2, "`/2` is no corner of a face; write a, a/b, a//c or a/b/c"),
         (
             "v 0 0 0\n# \\\nf 1 \\\n1 x\n",
@@ -147,7 +139,9 @@ fn every_fault_has_its_line_and_its_words() {
 #[test]
 fn numbers_may_be_missing_after_a_slash() {
     let more = "vt 0 0\n";
-    for face in ["f 1/ 2/ 3/", "f 1// 2// 3//", "f 1/1/ 2/1/ 3/1/", "f 1/0/0 2/0/0 3/0/0", "fo 1 2 3"] {
+    for face in
+        ["f 1/ 2/ 3/", "f 1// 2// 3//", "f 1/1/ 2/1/ 3/1/", "f 1/0/0 2/0/0 3/0/0", "fo 1 2 3"]
+    {
         assert_eq!(triangles(&format!("{more}{face}")), [[0, 1, 2]], "{face}");
     }
 }
@@ -177,7 +171,8 @@ fn a_concave_face_is_covered_and_nothing_else() {
 
 #[test]
 fn normals_that_are_none_become_those_around_and_absent_ones_are_the_triangles_own() {
-    for none in ["nan nan nan", "-nan(ind) -nan(ind) -nan(ind)", "0 0 0", "1.#QNAN 0 1", "0 inf 0"] {
+    for none in ["nan nan nan", "-nan(ind) -nan(ind) -nan(ind)", "0 0 0", "1.#QNAN 0 1", "0 inf 0"]
+    {
         let text = format!("{FOUR}vn {none}\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//2 3//2 4\n");
         let data = parse(text.as_bytes()).unwrap().data;
         assert_eq!(data.normals[..3], [[0.0, 0.0, 1.0]; 3], "{none}");

@@ -71,8 +71,8 @@ impl Values<'_> {
             true => Some(f64::NAN),
             false => text.and_then(|word| word.parse().ok()),
         };
-        let value =
-            parsed.ok_or_else(|| self.fault(self.at, format!("{} is not a number", shown(word))))?;
+        let value = parsed
+            .ok_or_else(|| self.fault(self.at, format!("{} is not a number", shown(word))))?;
         self.at += end;
         Ok(value)
     }
