@@ -1,9 +1,11 @@
 //! What all formats end with: triangles that have an area, and normals of length one.
 
+use crate::polygon::area;
 use reflet_scene::MeshData;
 
 /// Leaves out triangles without area and tells how many they were; gives normals the length of one.
-/// A normal of no length (or that is not finite) stays zero: the triangle's own counts there.
+/// A normal that is not finite becomes that of the triangles around it; one of no length stays zero:
+/// the triangle's own counts there.
 pub(crate) fn finish(data: &mut MeshData) -> u64 {
     let MeshData { positions, triangles, triangle_materials, .. } = data;
     let before = triangles.len();
@@ -18,6 +20,7 @@ pub(crate) fn finish(data: &mut MeshData) -> u64 {
         triangle_materials.retain(|_| kept.next() == Some(&true));
     }
     let without_area = (before - triangles.len()) as u64;
+    mend(data);
     for normal in &mut data.normals {
         *normal = unit(normal.map(f64::from)).unwrap_or_default();
     }
@@ -35,20 +38,31 @@ pub(crate) fn finish(data: &mut MeshData) -> u64 {
     without_area
 }
 
-/// Whether the corners span an area: differences and products of `f32` values, taken in `f64`, are
-/// exact unless the coordinates' magnitudes lie more than 2^28 apart.
-fn has_area([a, b, c]: [[f32; 3]; 3]) -> bool {
-    cross([a, b, c]).iter().any(|part| *part != 0.0)
+fn has_area(corners: [[f32; 3]; 3]) -> bool {
+    area(corners).iter().any(|part| *part != 0.0)
 }
 
-fn cross([a, b, c]: [[f32; 3]; 3]) -> [f64; 3] {
-    let edge = |p: [f32; 3]| [0, 1, 2].map(|i| f64::from(p[i]) - f64::from(a[i]));
-    let (u, v) = (edge(b), edge(c));
-    [0, 1, 2].map(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        let (positive, negative) = (u[j] * v[k], u[k] * v[j]);
-        if positive == negative { 0.0 } else { positive - negative }
-    })
+/// Gives what is not finite a value: vertices that no triangle has any place, normals that of the
+/// triangles around.
+fn mend(data: &mut MeshData) {
+    let MeshData { positions, triangles, normals, .. } = data;
+    let is_finite = |v: &[f32; 3]| v.iter().all(|x| x.is_finite());
+    positions.iter_mut().filter(|place| !is_finite(place)).for_each(|place| *place = [0.0; 3]);
+    if normals.iter().all(is_finite) {
+        return;
+    }
+    let mut around = vec![[0.0; 3]; normals.len()];
+    for triangle in triangles {
+        let area = area(triangle.map(|vertex| positions[vertex as usize]));
+        for vertex in triangle.iter().map(|vertex| *vertex as usize) {
+            around[vertex] = [0, 1, 2].map(|k| around[vertex][k] + area[k]);
+        }
+    }
+    for (normal, around) in normals.iter_mut().zip(around) {
+        if !is_finite(normal) {
+            *normal = unit(around).unwrap_or_default();
+        }
+    }
 }
 
 /// The vector of length one in this direction, if it has one.

@@ -14,6 +14,10 @@
 //! | [`texture`] | those to [`Texture`], and the memory of all of them |
 //! | [`shield`] | a decoder's panic to an error |
 //! | [`error`] | what is wrong with a file: missing, forbidden or broken, with its line or byte |
+//! | `format` | what a file is that is not what its name says |
+//! | `faces`, `polygon` | polygons, and how they become triangles |
+//! | `lookup` | files named in another case |
+//! | `left_out` | what is left out of a file, counted |
 //! | `finish` | what all mesh formats end with |
 //! | `words` | text files, word by word |
 //!
@@ -32,15 +36,20 @@
 //! ```
 
 pub mod error;
+mod faces;
 mod finish;
+mod format;
 pub mod gltf;
 pub mod jail;
+mod left_out;
+mod lookup;
 pub mod mesh;
 pub mod mtl;
 pub mod obj;
 pub mod picture;
 pub mod ply;
 pub mod png;
+mod polygon;
 pub mod shield;
 pub mod stl;
 pub mod texture;
@@ -48,7 +57,7 @@ mod words;
 
 pub use error::{AssetError, Cause, Fault};
 use reflet_scene::{MeshData, Texture};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use texture::Encoding;
@@ -71,11 +80,13 @@ struct Read {
     textures: HashMap<PathBuf, Arc<Texture>>,
     notes: Vec<Note>,
     asked: Vec<PathBuf>,
+    /// The same, to find them.
+    is_asked: HashSet<PathBuf>,
 }
 
 impl Read {
     fn asks(&mut self, path: PathBuf) {
-        if !self.asked.contains(&path) {
+        if self.is_asked.insert(path.clone()) {
             self.asked.push(path);
         }
     }
@@ -142,13 +153,21 @@ impl Assets {
             let relative = beside.join(name);
             let shown = folder.join(&relative);
             read.asks(shown.clone());
-            match relative.to_str() {
-                Some(relative) => jail::open(&folder, relative)?.bytes(),
-                None => Err(AssetError::missing(&shown, "the name is not UTF-8")),
-            }
+            let name = |path: &Path| path.to_str().map(str::to_owned);
+            let Some(named) = name(&relative) else {
+                return Err(AssetError::missing(&shown, "the name is not UTF-8"));
+            };
+            let opened = jail::open(&folder, &named).or_else(|error| {
+                // Meshes from systems that do not tell upper from lower case name files so, too.
+                let same = lookup::any_case(&folder, &relative);
+                let same = same.filter(|same| error.cause() == Cause::Missing && *same != relative);
+                let same = same.as_deref().and_then(name);
+                same.map_or(Err(error), |same| jail::open(&folder, &same))
+            })?;
+            opened.bytes()
         };
-        let path = found.shown();
-        let decoded = shield::shielded(|| mesh::decode(path, &bytes, &mut other));
+        let (path, budget) = (found.shown(), &self.budget);
+        let decoded = shield::shielded(|| mesh::decode_within(budget, path, &bytes, &mut other));
         let mesh::MeshFile { data, notes } = decoded.unwrap_or_else(|panic| {
             Err(AssetError::broken(path, Fault::file(format!("the file is broken ({panic})"))))
         })?;
@@ -263,7 +282,7 @@ mod tests {
         let notes: Vec<_> = assets.notes().into_iter().map(|n| n.message).collect();
         assert_eq!(
             notes,
-            ["2 triangles without area skipped; 1 unknown statement ignored, the first in line 5"]
+            ["1 unknown statement ignored (line 5); 2 triangles without area skipped"]
         );
     }
 

@@ -1,8 +1,9 @@
 //! A mesh file to columns, by its ending.
 
-use crate::error::{AssetError, Cause, Fault};
-use crate::{gltf, mtl, obj, ply, stl};
-use reflet_scene::{MeshData, MeshMaterial};
+use crate::error::{AssetError, Fault};
+use crate::texture::Budget;
+use crate::{format, gltf, mtl, obj, ply, stl};
+use reflet_scene::MeshData;
 use std::path::Path;
 
 /// What a mesh file holds.
@@ -25,33 +26,46 @@ pub fn decode(
     bytes: &[u8],
     other: &mut dyn FnMut(&str) -> Result<Vec<u8>, AssetError>,
 ) -> Result<MeshFile, AssetError> {
+    decode_within(&Budget::default(), path, bytes, other)
+}
+
+/// The same, with textures that count against the memory of a scene's.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_within(
+    budget: &Budget,
+    path: &Path,
+    bytes: &[u8],
+    other: &mut dyn FnMut(&str) -> Result<Vec<u8>, AssetError>,
+) -> Result<MeshFile, AssetError> {
     let broken = |fault: Fault| AssetError::broken(path, fault);
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    let ending = ending.to_ascii_lowercase();
+    if let Some(what) = format::other_than(&ending, bytes) {
+        return Err(broken(Fault::file(format!("is {what}"))));
+    }
     let mut notes = Vec::new();
-    let (data, without_area) = match ending.to_ascii_lowercase().as_str() {
+    let (data, without_area) = match ending.as_str() {
         "obj" => {
             let mut obj = obj::parse(bytes).map_err(broken)?;
-            materials(path, &mut obj, other, &mut notes)?;
-            if let Some(line) = obj.unknown_line {
-                let statements = counted(obj.unknown, "unknown statement");
-                notes.push(format!("{statements} ignored, the first in line {line}"));
-            }
-            let partial = obj.partial.iter();
-            notes.extend(
-                partial.map(|noun| format!("its {noun} are ignored: some corners have none")),
-            );
-            (obj.data, obj.without_area)
+            let worn = mtl::worn::wear(path, &mut obj, other, budget)?;
+            notes.extend(obj.left_out.into_iter().chain(worn));
+            (obj.data, 0)
         }
         "ply" => {
-            let ply = ply::parse(bytes).map_err(broken)?;
-            (ply.data, ply.without_area)
+            let mut ply = ply::parse(bytes).map_err(broken)?;
+            mtl::worn::by_vertex(&mut ply.data);
+            notes = ply.left_out;
+            (ply.data, 0)
         }
         "stl" => {
             let stl = stl::parse(bytes).map_err(broken)?;
-            (stl.data, stl.without_area)
+            notes = stl.left_out;
+            (stl.data, 0)
         }
         "gltf" | "glb" => {
-            let mesh = gltf::parse(bytes, other).map_err(|error| match error {
+            let mesh = gltf::parse(bytes, other, budget).map_err(|error| match error {
                 gltf::GltfError::Broken(fault) => broken(fault),
                 gltf::GltfError::Other(error) => error,
             })?;
@@ -66,56 +80,10 @@ pub fn decode(
     if without_area > 0 {
         notes.insert(0, format!("{} without area skipped", counted(without_area, "triangle")));
     }
+    // A warning is one line, whatever names a file holds.
+    let printable = |c: char| if c.is_control() { '\u{fffd}' } else { c };
+    let notes = notes.iter().map(|note| note.chars().map(printable).collect()).collect();
     Ok(MeshFile { data, notes })
-}
-
-/// Gives the materials that an OBJ file uses the colours that its libraries say.
-fn materials(
-    path: &Path,
-    obj: &mut obj::Obj,
-    other: &mut dyn FnMut(&str) -> Result<Vec<u8>, AssetError>,
-    notes: &mut Vec<String>,
-) -> Result<(), AssetError> {
-    if obj.data.materials.is_empty() {
-        return Ok(());
-    }
-    let mut known: Vec<MeshMaterial> = Vec::new();
-    for line in &obj.libraries {
-        // A line is one name, or several without blanks in them.
-        let whole = other(line);
-        let several = line.contains(char::is_whitespace)
-            && whole.as_ref().is_err_and(|error| error.cause() == Cause::Missing);
-        let names: Vec<(&str, Result<Vec<u8>, AssetError>)> = match several {
-            true => line.split_whitespace().map(|name| (name, other(name))).collect(),
-            false => vec![(line, whole)],
-        };
-        for (name, bytes) in names {
-            match bytes {
-                Ok(bytes) => {
-                    let library = path.with_file_name("").join(name);
-                    let read = mtl::parse(&bytes);
-                    known.extend(read.map_err(|fault| AssetError::broken(&library, fault))?);
-                }
-                // Very many files name one that was left behind, on another machine.
-                Err(error) => {
-                    notes.push(format!("its materials in `{name}` are grey: {}", error.message()));
-                }
-            }
-        }
-    }
-    let mut unknown = Vec::new();
-    for material in &mut obj.data.materials {
-        match known.iter().find(|known| known.name == material.name) {
-            Some(known) => *material = known.clone(),
-            None if material.name.is_empty() => {}
-            None => unknown.push(material.name.clone()),
-        }
-    }
-    if let (Some(first), false) = (unknown.first(), known.is_empty()) {
-        let count = counted(unknown.len() as u64, "material");
-        notes.push(format!("{count} not found and grey, the first `{first}`"));
-    }
-    Ok(())
 }
 
 fn counted(n: u64, noun: &str) -> String {

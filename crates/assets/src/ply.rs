@@ -1,79 +1,31 @@
 //! PLY to columns: ascii, and binary of either byte order.
 //!
 //! Source: G. Turk, "The PLY Polygon File Format", 1994. Of the element `vertex`, `x y z` are read,
-//! `nx ny nz`, and `u v` (also `s t` and `texture_u texture_v`); of `face`, the list `vertex_indices`
-//! (also `vertex_index`). A polygon becomes a fan from its first corner, so it should be convex.
-//! Other elements and properties are passed over.
+//! `nx ny nz`, `u v` (also `s t` and `texture_u texture_v`) and the colours `red green blue` (sRGB, as
+//! Blender and MeshLab write them); of `face`, the list `vertex_indices` (also `vertex_index`); of
+//! `tristrips`, the same, with -1 where a strip begins again. Faces of fewer than three corners, or
+//! with a corner whose position is not finite, are left out, and so are other elements and properties.
+
+mod head;
+mod values;
 
 use crate::error::Fault;
+use crate::faces::Faces;
 use crate::finish::finish;
+use crate::left_out::{FEW_CORNERS, LeftOut, WITHOUT_AREA};
+use crate::texture::linear;
 use crate::words::shown;
+use head::{Element, Encoding, Head, Number, Property};
 use reflet_scene::MeshData;
+use values::Values;
 
 /// What a PLY file holds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ply {
     /// The vertices and the triangles that have an area.
     pub data: MeshData,
-    /// Triangles left out because they have no area.
-    pub without_area: u64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Encoding {
-    Ascii,
-    Little,
-    Big,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Number {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-impl Number {
-    fn of(word: &[u8]) -> Option<Self> {
-        Some(match word {
-            b"char" | b"int8" => Self::I8,
-            b"uchar" | b"uint8" => Self::U8,
-            b"short" | b"int16" => Self::I16,
-            b"ushort" | b"uint16" => Self::U16,
-            b"int" | b"int32" => Self::I32,
-            b"uint" | b"uint32" => Self::U32,
-            b"float" | b"float32" => Self::F32,
-            b"double" | b"float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    fn bytes(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-}
-
-/// A property: one number, or a list whose length is a number of the first type.
-struct Property {
-    name: Vec<u8>,
-    length: Option<Number>,
-    number: Number,
-}
-
-struct Element {
-    name: Vec<u8>,
-    count: u64,
-    properties: Vec<Property>,
+    /// What was left out, in words.
+    pub left_out: Vec<String>,
 }
 
 /// Where a vertex's property goes.
@@ -82,12 +34,16 @@ enum Slot {
     Position(usize),
     Normal(usize),
     Uv(usize),
+    Colour(usize),
     Nowhere,
 }
 
 impl Slot {
-    fn of(name: &[u8]) -> Self {
-        match name {
+    fn of(property: &Property) -> Self {
+        if property.length.is_some() {
+            return Self::Nowhere;
+        }
+        match &*property.name {
             b"x" => Self::Position(0),
             b"y" => Self::Position(1),
             b"z" => Self::Position(2),
@@ -96,293 +52,273 @@ impl Slot {
             b"nz" => Self::Normal(2),
             b"u" | b"s" | b"texture_u" => Self::Uv(0),
             b"v" | b"t" | b"texture_v" => Self::Uv(1),
+            b"red" | b"r" | b"diffuse_red" => Self::Colour(0),
+            b"green" | b"g" | b"diffuse_green" => Self::Colour(1),
+            b"blue" | b"b" | b"diffuse_blue" => Self::Colour(2),
             _ => Self::Nowhere,
         }
     }
 }
 
+/// A file half read.
+#[derive(Default)]
+struct Reading {
+    data: MeshData,
+    faces: Faces<u32>,
+    left_out: LeftOut,
+    /// Elements and properties that were passed over, by name.
+    passed_over: Vec<String>,
+    /// The highest vertex that is asked for, and where; the lowest one.
+    highest: Option<(u32, Fault)>,
+    lowest: Option<u32>,
+}
+
 /// The triangles of a PLY file.
 ///
 /// # Errors
-/// A broken head, a file that ends too early, numbers that are not finite, faces of fewer than three
-/// corners, indices of no vertex, and a file without any face; with the line or the byte.
+/// A broken head, a file that ends too early, indices of no vertex, and a file without any face; with
+/// the line or the byte.
 pub fn parse(bytes: &[u8]) -> Result<Ply, Fault> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut head = Head { bytes, at: 0, line: 0 };
     let (encoding, elements) = head.read()?;
     let mut values = Values { bytes, at: head.at, line: head.line + 1, encoding };
-    let mut data = MeshData::default();
-    let mut place = (0, 0);
+    let mut reading = Reading::default();
     for element in &elements {
         match &*element.name {
-            b"vertex" if data.positions.is_empty() => vertices(&mut values, element, &mut data)?,
-            b"face" => {
-                place = (values.at, values.line);
-                faces(&mut values, element, &mut data)?;
+            b"vertex" if reading.data.positions.is_empty() => {
+                reading.vertices(&mut values, element)?;
             }
+            b"face" => reading.lists(&mut values, element, Reading::face)?,
+            b"tristrips" => reading.lists(&mut values, element, Reading::strip)?,
             _ => {
-                for _ in 0..element.count {
+                if element.count > 0 {
+                    reading.passed_over.push(shown(&element.name));
+                }
+                // Elements without properties take no bytes, however many they are.
+                let count = if element.properties.is_empty() { 0 } else { element.count };
+                for _ in 0..count {
                     element.properties.iter().try_for_each(|p| values.skip(p))?;
                 }
             }
         }
     }
-    let count = data.positions.len();
-    if let Some(index) = data.triangles.iter().flatten().find(|v| **v as usize >= count) {
-        // Faces may stand before their vertices.
-        let message = format!("vertex {index} is asked for, there are {count} (counted from 0)");
-        return Err(match encoding {
-            Encoding::Ascii => Fault::line(place.1, message),
-            _ => Fault::byte(place.0, message),
-        });
-    }
-    if data.triangles.is_empty() {
-        return Err(Fault::file("holds no face; triangle strips and point clouds are not read"));
-    }
-    let without_area = finish(&mut data);
-    Ok(Ply { data, without_area })
+    reading.end()
 }
 
-struct Head<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    line: u64,
-}
-
-impl<'a> Head<'a> {
-    fn next_line(&mut self) -> Result<&'a [u8], Fault> {
-        self.line += 1;
-        let rest = &self.bytes[self.at..];
-        let end = rest.iter().take(4096).position(|b| matches!(b, b'\n' | b'\r'));
-        let Some(end) = end else {
-            return Err(Fault::line(self.line, "the head does not end; is it a PLY file?"));
-        };
-        let both = rest[end..].starts_with(b"\r\n");
-        self.at += end + 1 + usize::from(both);
-        Ok(&rest[..end])
-    }
-
-    fn read(&mut self) -> Result<(Encoding, Vec<Element>), Fault> {
-        if self.next_line().ok() != Some(b"ply") {
-            return Err(Fault::line(1, "does not begin with `ply`; is it a PLY file?"));
+impl Reading {
+    fn vertices(&mut self, values: &mut Values<'_>, element: &Element) -> Result<(), Fault> {
+        let slots: Vec<Slot> = element.properties.iter().map(Slot::of).collect();
+        let has = |slot: Slot| slots.contains(&slot);
+        if !(0..3).all(|axis| has(Slot::Position(axis))) {
+            return Err(Fault::file("its element `vertex` lacks one of x, y and z"));
         }
-        let mut encoding = None;
-        let mut elements: Vec<Element> = Vec::new();
-        loop {
-            let line = self.next_line()?;
-            let words: Vec<&[u8]> =
-                line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
-            let broken = || {
-                let message = format!("{} is no line of a PLY file's head", shown(line));
-                Fault::line(self.line, message)
-            };
-            match words[..] {
-                [] | [b"comment" | b"obj_info", ..] => {}
-                [b"format", kind, _] => {
-                    encoding = Some(match kind {
-                        b"ascii" => Encoding::Ascii,
-                        b"binary_little_endian" => Encoding::Little,
-                        b"binary_big_endian" => Encoding::Big,
-                        _ => return Err(broken()),
-                    });
+        let normals = (0..3).all(|axis| has(Slot::Normal(axis)));
+        let uvs = has(Slot::Uv(0)) && has(Slot::Uv(1));
+        let colours = (0..3).all(|part| has(Slot::Colour(part)));
+        let is_read = |slot: Slot| match slot {
+            Slot::Position(_) => true,
+            Slot::Normal(_) => normals,
+            Slot::Uv(_) => uvs,
+            Slot::Colour(_) => colours,
+            Slot::Nowhere => false,
+        };
+        self.pass_over(element, |at| is_read(slots[at]));
+        // The head was held against the file's length.
+        let most = element.count as usize;
+        self.data.positions.reserve(most);
+        self.data.normals.reserve(if normals { most } else { 0 });
+        self.data.uvs.reserve(if uvs { most } else { 0 });
+        self.data.colours.reserve(if colours { most } else { 0 });
+        for _ in 0..element.count {
+            let (mut position, mut normal, mut uv) = ([0.0; 3], [0.0; 3], [0.0; 2]);
+            let mut colour = [1.0; 3];
+            for (property, slot) in element.properties.iter().zip(&slots) {
+                if *slot == Slot::Nowhere {
+                    values.skip(property)?;
+                    continue;
                 }
-                [b"element", name, count] => {
-                    let count = std::str::from_utf8(count).ok().and_then(|c| c.parse().ok());
-                    let count = count.filter(|count| *count <= u64::from(u32::MAX));
-                    let count = count.ok_or_else(broken)?;
-                    elements.push(Element { name: name.to_vec(), count, properties: Vec::new() });
+                let at = values.at;
+                let wide = values.next(property.number)?;
+                let value = wide as f32;
+                if wide.is_finite() && !value.is_finite() {
+                    let message = format!("{wide:e} is beyond the range of f32; scale the mesh");
+                    return Err(values.fault(at, message));
                 }
-                [b"property", ref kind @ .., name] if !elements.is_empty() => {
-                    let (length, number) = match kind[..] {
-                        [number] => (None, Number::of(number)),
-                        [b"list", length, number] => (Number::of(length), Number::of(number)),
-                        _ => return Err(broken()),
-                    };
-                    let number = number.ok_or_else(broken)?;
-                    if kind.len() == 3 && length.is_none() {
-                        return Err(broken());
-                    }
-                    let property = Property { name: name.to_vec(), length, number };
-                    elements.last_mut().ok_or_else(broken)?.properties.push(property);
+                match *slot {
+                    Slot::Position(axis) => position[axis] = value,
+                    Slot::Normal(axis) => normal[axis] = value,
+                    Slot::Uv(axis) => uv[axis] = if value.is_finite() { value } else { 0.0 },
+                    Slot::Colour(part) => colour[part] = intensity(wide, property.number),
+                    Slot::Nowhere => {}
                 }
-                [b"end_header"] => break,
-                _ => return Err(broken()),
             }
-        }
-        let line = self.line;
-        let encoding =
-            encoding.ok_or_else(|| Fault::line(line, "the head has no `format` line"))?;
-        Ok((encoding, elements))
-    }
-}
-
-/// The numbers after the head.
-struct Values<'a> {
-    bytes: &'a [u8],
-    at: usize,
-    line: u64,
-    encoding: Encoding,
-}
-
-impl Values<'_> {
-    fn fault(&self, at: usize, message: impl Into<String>) -> Fault {
-        match self.encoding {
-            Encoding::Ascii => Fault::line(self.line, message),
-            _ => Fault::byte(at, message),
-        }
-    }
-
-    #[inline]
-    fn next(&mut self, number: Number) -> Result<f64, Fault> {
-        if self.encoding == Encoding::Ascii {
-            return self.word();
-        }
-        let width = number.bytes();
-        let Some(found) = self.bytes.get(self.at..self.at + width) else {
-            return Err(self.fault(self.at, "the file ends too early"));
-        };
-        self.at += width;
-        let mut raw = [0; 8];
-        raw[..width].copy_from_slice(found);
-        if self.encoding == Encoding::Big {
-            raw[..width].reverse();
-        }
-        let [a, b, c, d, ..] = raw;
-        Ok(match number {
-            Number::I8 => f64::from(a as i8),
-            Number::U8 => f64::from(a),
-            Number::I16 => f64::from(i16::from_le_bytes([a, b])),
-            Number::U16 => f64::from(u16::from_le_bytes([a, b])),
-            Number::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-            Number::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-            Number::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-            Number::F64 => f64::from_le_bytes(raw),
-        })
-    }
-
-    fn word(&mut self) -> Result<f64, Fault> {
-        while let Some(byte) = self.bytes.get(self.at).filter(|b| b.is_ascii_whitespace()) {
-            let end =
-                *byte == b'\n' || *byte == b'\r' && self.bytes.get(self.at + 1) != Some(&b'\n');
-            self.line += u64::from(end);
-            self.at += 1;
-        }
-        let rest = &self.bytes[self.at..];
-        if rest.is_empty() {
-            return Err(self.fault(self.at, "the file ends too early"));
-        }
-        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
-        let word = &rest[..end];
-        let value = std::str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-        let value =
-            value.ok_or_else(|| self.fault(self.at, format!("{} is not a number", shown(word))))?;
-        self.at += end;
-        Ok(value)
-    }
-
-    /// The length of a list, which the rest of the file must be able to hold.
-    fn length(&mut self, number: Number) -> Result<usize, Fault> {
-        let at = self.at;
-        let length = self.next(number)?;
-        if length >= 0.0 && length.fract() == 0.0 && length <= self.bytes.len() as f64 {
-            Ok(length as usize)
-        } else {
-            Err(self.fault(at, format!("a list cannot have the length {length}")))
-        }
-    }
-
-    fn skip(&mut self, property: &Property) -> Result<(), Fault> {
-        let count = property.length.map_or(Ok(1), |length| self.length(length))?;
-        for _ in 0..count {
-            self.next(property.number)?;
+            self.data.positions.push(position);
+            // A normal of no length counts as one that is not finite.
+            let normal = if normal == [0.0; 3] { [f32::NAN; 3] } else { normal };
+            self.data.normals.extend(normals.then_some(normal));
+            self.data.uvs.extend(uvs.then_some(uv));
+            self.data.colours.extend(colours.then_some(colour));
         }
         Ok(())
     }
 
-    /// No more than so many things of at least one byte each can follow: what to reserve.
-    fn most(&self, count: u64) -> usize {
-        count.min((self.bytes.len() - self.at.min(self.bytes.len())) as u64) as usize
-    }
-}
-
-fn vertices(values: &mut Values<'_>, element: &Element, data: &mut MeshData) -> Result<(), Fault> {
-    let slots: Vec<Slot> = element
-        .properties
-        .iter()
-        .map(|p| if p.length.is_some() { Slot::Nowhere } else { Slot::of(&p.name) })
-        .collect();
-    let has = |slot: Slot| slots.contains(&slot);
-    if !(0..3).all(|axis| has(Slot::Position(axis))) {
-        return Err(Fault::file("its element `vertex` lacks one of x, y and z"));
-    }
-    let normals = (0..3).all(|axis| has(Slot::Normal(axis)));
-    let uvs = has(Slot::Uv(0)) && has(Slot::Uv(1));
-    let most = values.most(element.count);
-    data.positions.reserve(most);
-    data.normals.reserve(if normals { most } else { 0 });
-    data.uvs.reserve(if uvs { most } else { 0 });
-    for _ in 0..element.count {
-        let (mut position, mut normal, mut uv) = ([0.0; 3], [0.0; 3], [0.0; 2]);
-        for (property, slot) in element.properties.iter().zip(&slots) {
-            if *slot == Slot::Nowhere {
-                values.skip(property)?;
-                continue;
-            }
-            let at = values.at;
-            let value = values.next(property.number)? as f32;
-            if !value.is_finite() {
-                let message = "a number is not finite, or beyond the range of f32; scale the mesh";
-                return Err(values.fault(at, message));
-            }
-            match *slot {
-                Slot::Position(axis) => position[axis] = value,
-                Slot::Normal(axis) => normal[axis] = value,
-                Slot::Uv(axis) => uv[axis] = value,
-                Slot::Nowhere => {}
+    /// Remembers the properties that are not read.
+    fn pass_over(&mut self, element: &Element, is_read: impl Fn(usize) -> bool) {
+        let (of, number) = (String::from_utf8_lossy(&element.name), element.properties.len());
+        for (at, property) in (0..number).zip(&element.properties) {
+            if !is_read(at) && element.count > 0 {
+                let name = String::from_utf8_lossy(&property.name);
+                self.passed_over.push(shown(format!("{of}.{name}").as_bytes()));
             }
         }
-        data.positions.push(position);
-        data.normals.extend(normals.then_some(normal));
-        data.uvs.extend(uvs.then_some(uv));
     }
-    Ok(())
+
+    /// Reads an element that has a list of vertices, which `add` takes.
+    fn lists(
+        &mut self,
+        values: &mut Values<'_>,
+        element: &Element,
+        mut add: impl FnMut(&mut Self, &mut Values<'_>, usize, Number) -> Result<(), Fault>,
+    ) -> Result<(), Fault> {
+        let is_list = |p: &Property| {
+            p.length.is_some() && matches!(&*p.name, b"vertex_indices" | b"vertex_index")
+        };
+        let Some(list) = element.properties.iter().position(is_list) else {
+            let message =
+                format!("its element {} has no list `vertex_indices`", shown(&element.name));
+            return Err(Fault::file(message));
+        };
+        self.pass_over(element, |at| at == list);
+        // A triangle takes four bytes at least.
+        self.faces.reserve((element.count as usize).min((values.bytes.len() - values.at) / 4));
+        for _ in 0..element.count {
+            for (at, property) in element.properties.iter().enumerate() {
+                match property.length.filter(|_| at == list) {
+                    Some(length) => {
+                        let length = values.length(length)?;
+                        add(self, values, length, property.number)?;
+                    }
+                    None => values.skip(property)?,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn vertex(&mut self, index: f64, at: usize, values: &Values<'_>) -> Result<u32, Fault> {
+        let asked = || values.fault(at, format!("vertex {index} is asked for"));
+        if !(index >= 0.0 && index.fract() == 0.0 && index < f64::from(u32::MAX)) {
+            return Err(asked());
+        }
+        let index = index as u32;
+        if self.highest.as_ref().is_none_or(|(highest, _)| index > *highest) {
+            self.highest = Some((index, asked()));
+        }
+        self.lowest = Some(self.lowest.map_or(index, |lowest| lowest.min(index)));
+        Ok(index)
+    }
+
+    fn face(
+        &mut self,
+        values: &mut Values<'_>,
+        length: usize,
+        number: Number,
+    ) -> Result<(), Fault> {
+        let line = (values.encoding == Encoding::Ascii).then_some(values.line);
+        for _ in 0..length {
+            let at = values.at;
+            let index = values.next(number)?;
+            let corner = self.vertex(index, at, values)?;
+            self.faces.push(corner);
+        }
+        if !self.faces.close() {
+            self.left_out.add(FEW_CORNERS, line);
+        }
+        Ok(())
+    }
+
+    /// Triangles of which each shares an edge with the one before.
+    fn strip(
+        &mut self,
+        values: &mut Values<'_>,
+        length: usize,
+        number: Number,
+    ) -> Result<(), Fault> {
+        let (mut last, mut count) = ([0; 2], 0_usize);
+        for _ in 0..length {
+            let at = values.at;
+            let index = values.next(number)?;
+            if index == -1.0 {
+                count = 0;
+                continue;
+            }
+            let corner = self.vertex(index, at, values)?;
+            if count >= 2 {
+                // Every other one is turned over.
+                let [a, b] = if count.is_multiple_of(2) { last } else { [last[1], last[0]] };
+                [a, b, corner].into_iter().for_each(|corner| self.faces.push(corner));
+                self.faces.close();
+            }
+            last = [last[1], corner];
+            count += 1;
+        }
+        Ok(())
+    }
+
+    fn end(mut self) -> Result<Ply, Fault> {
+        let count = self.data.positions.len();
+        if let Some((index, fault)) =
+            self.highest.take().filter(|(index, _)| *index as usize >= count)
+        {
+            let from_1 = index as usize == count && self.lowest == Some(1);
+            let hint = if from_1 { "; they are counted from 0" } else { " (counted from 0)" };
+            let message = format!("{}, there are {count}{hint}", fault.message);
+            return Err(Fault { message, ..fault });
+        }
+        if self.faces.len() == 0 {
+            let mut told = self.left_out.told();
+            if !self.passed_over.is_empty() {
+                told.push(format!("not read: {}", self.passed_over.join(", ")));
+            }
+            let but =
+                if told.is_empty() { String::new() } else { format!(" ({})", told.join("; ")) };
+            let message =
+                format!("holds {count} vertices and no face: a point cloud is no surface{but}");
+            return Err(Fault::file(message));
+        }
+        let Self { data, faces, left_out, .. } = &mut self;
+        let positions = &data.positions;
+        let mut triangles = Vec::with_capacity(faces.len());
+        faces.triangles(
+            |vertex| positions[vertex as usize],
+            left_out,
+            |_, corners| triangles.push(corners),
+        );
+        data.triangles = triangles;
+        left_out.add_all(WITHOUT_AREA, finish(data), None);
+        let mut left_out = left_out.told();
+        if self.data.triangles.is_empty() {
+            let told = left_out.join("; ");
+            return Err(Fault::file(format!("holds no triangle that can be seen: {told}")));
+        }
+        if !self.passed_over.is_empty() {
+            left_out.push(format!("not read: {}", self.passed_over.join(", ")));
+        }
+        Ok(Ply { data: self.data, left_out })
+    }
 }
 
-fn faces(values: &mut Values<'_>, element: &Element, data: &mut MeshData) -> Result<(), Fault> {
-    let corners = |p: &Property| {
-        p.length.is_some() && matches!(&*p.name, b"vertex_indices" | b"vertex_index")
+/// A part of a colour, of which whole numbers are sRGB from 0 to their type's greatest.
+fn intensity(value: f64, number: Number) -> f32 {
+    let most = match number {
+        Number::I8 => f64::from(i8::MAX),
+        Number::U8 => f64::from(u8::MAX),
+        Number::I16 => f64::from(i16::MAX),
+        Number::U16 => f64::from(u16::MAX),
+        // Wide whole numbers hold bytes.
+        Number::I32 | Number::U32 => f64::from(u8::MAX),
+        Number::F32 | Number::F64 => 1.0,
     };
-    if !element.properties.iter().any(corners) {
-        return Err(Fault::file("its element `face` has no list `vertex_indices`"));
-    }
-    data.triangles.reserve(values.most(element.count));
-    for _ in 0..element.count {
-        for property in &element.properties {
-            let (true, Some(length)) = (corners(property), property.length) else {
-                values.skip(property)?;
-                continue;
-            };
-            let at = values.at;
-            let length = values.length(length)?;
-            if length < 3 {
-                let message = format!("a face needs three corners, this one has {length}");
-                return Err(values.fault(at, message));
-            }
-            let (mut first, mut last) = (0, 0);
-            for corner in 0..length {
-                let at = values.at;
-                let index = values.next(property.number)?;
-                if !(index >= 0.0 && index.fract() == 0.0 && index < f64::from(u32::MAX)) {
-                    return Err(values.fault(at, format!("vertex {index} is asked for")));
-                }
-                let index = index as u32;
-                match corner {
-                    0 => first = index,
-                    1 => {}
-                    _ => data.triangles.push([first, last, index]),
-                }
-                last = index;
-            }
-        }
-    }
-    Ok(())
+    if value.is_finite() { linear((value / most).clamp(0.0, 1.0)) } else { 1.0 }
 }

@@ -2,10 +2,11 @@
 //!
 //! Source: 3D Systems, "StereoLithography Interface Specification", 1989. Facets hold their corners
 //! one by one; corners of the same bits become one vertex, so that neighbours share it. The facets'
-//! own normals are left out: they follow from the corners.
+//! own normals are not read: they follow from the corners.
 
 use crate::error::Fault;
 use crate::finish::finish;
+use crate::left_out::{Kind, LeftOut, NOT_FINITE, WITHOUT_AREA};
 use crate::words::{Words, number, shown};
 use rayon::prelude::*;
 use reflet_scene::MeshData;
@@ -16,46 +17,80 @@ use std::collections::HashMap;
 pub struct Stl {
     /// The vertices and the triangles that have an area.
     pub data: MeshData,
-    /// Triangles left out because they have no area.
-    pub without_area: u64,
+    /// What was left out, in words.
+    pub left_out: Vec<String>,
 }
 
 /// Bytes of a binary file before its facets, and of a facet.
 const HEAD: usize = 84;
 const FACET: usize = 50;
 
+const TRAILING: Kind =
+    Kind::new("byte after the facets left out", "bytes after the facets left out");
+const ATTRIBUTES: Kind = Kind::new(
+    "facet has attribute bytes (a colour?), which are left out",
+    "facets have attribute bytes (colours?), which are left out",
+);
+const NO_END: Kind = Kind::new("`endsolid` is missing at the end", "`endsolid`s are missing");
+
+/// The bytes that a binary file's number of facets asks for.
+fn wanted(bytes: &[u8]) -> Option<(u64, u64)> {
+    let count = bytes.get(80..HEAD)?;
+    let facets = u64::from(u32::from_le_bytes([count[0], count[1], count[2], count[3]]));
+    Some((facets, HEAD as u64 + facets * FACET as u64))
+}
+
+/// Whether this is a binary file to the last byte, whatever it begins with.
+pub(crate) fn is_whole(bytes: &[u8]) -> bool {
+    wanted(bytes).is_some_and(|(_, wanted)| wanted == bytes.len() as u64)
+}
+
+/// Whether this is a text that begins with `solid`: binary files may begin so, too, and then numbers
+/// follow that are no text.
+fn is_text(bytes: &[u8]) -> bool {
+    let start = bytes.trim_ascii_start();
+    let is_control = |byte: &u8| *byte < b' ' && !byte.is_ascii_whitespace();
+    start.len() >= 5
+        && start[..5].eq_ignore_ascii_case(b"solid")
+        && !start.iter().take(512).any(is_control)
+}
+
 /// The triangles of an STL file. It is binary if its length is what its number of facets asks for
-/// (some binary files begin with `solid`, too).
+/// (some binary files begin with `solid`, too), or if it is no text.
 ///
 /// # Errors
-/// A file that ends too early, words that do not belong there, numbers that are not finite, and a
-/// file without any facet; with the line or the byte.
+/// A file that ends too early, words that do not belong there, broken numbers, and a file without any
+/// facet; with the line or the byte.
 pub fn parse(bytes: &[u8]) -> Result<Stl, Fault> {
-    let facets = bytes
-        .get(80..HEAD)
-        .map(|count| u64::from(u32::from_le_bytes([count[0], count[1], count[2], count[3]])));
-    let wanted = facets.map(|facets| HEAD as u64 + facets * FACET as u64);
-    let start = bytes.trim_ascii_start();
     let mut mesh = Merged::default();
-    if wanted == Some(bytes.len() as u64) {
-        binary(bytes, &mut mesh)?;
-    } else if start.len() >= 5 && start[..5].eq_ignore_ascii_case(b"solid") {
-        ascii(bytes, &mut mesh)?;
-    } else if let (Some(facets), Some(wanted)) = (facets, wanted) {
-        let message = format!(
-            "announces {facets} facets, which take {wanted} bytes, and has {}; is it an STL file?",
-            bytes.len()
-        );
-        return Err(Fault::byte(80, message));
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    if !is_whole(bytes) && is_text(text) {
+        ascii(text, &mut mesh)?;
+    } else if let Some((facets, wanted)) = wanted(bytes) {
+        let length = bytes.len() as u64;
+        if wanted > length || facets == 0 && length > HEAD as u64 {
+            let message = format!(
+                "announces {facets} facets, which take {wanted} bytes, and has {length}; is it an STL file?"
+            );
+            return Err(Fault::byte(80, message));
+        }
+        mesh.left_out.add_all(TRAILING, length - wanted, None);
+        binary(&bytes[..wanted as usize], &mut mesh);
     } else {
         return Err(Fault::byte(bytes.len(), "the file ends too early; is it an STL file?"));
     }
-    let mut data = mesh.data;
+    let Merged { mut data, mut left_out, .. } = mesh;
     if data.triangles.is_empty() {
-        return Err(Fault::file("holds no facet"));
+        let told = left_out.told().join("; ");
+        let but = if told.is_empty() { told } else { format!(" that can be seen: {told}") };
+        return Err(Fault::file(format!("holds no facet{but}")));
     }
-    let without_area = finish(&mut data);
-    Ok(Stl { data, without_area })
+    left_out.add_all(WITHOUT_AREA, finish(&mut data), None);
+    if data.triangles.is_empty() {
+        let told = left_out.told().join("; ");
+        return Err(Fault::file(format!("holds no facet that can be seen: {told}")));
+    }
+    Ok(Stl { data, left_out: left_out.told() })
 }
 
 /// How many vertices are found again without a look at all of them.
@@ -64,6 +99,7 @@ const RECENT: usize = 1 << 14;
 /// Vertices by their bits.
 struct Merged {
     data: MeshData,
+    left_out: LeftOut,
     known: HashMap<[u32; 3], u32>,
     /// Facets that follow one another mostly share vertices; each has one place here.
     recent: Vec<([u32; 3], u32)>,
@@ -73,7 +109,8 @@ impl Default for Merged {
     fn default() -> Self {
         // Not the bits of a number that a file may hold.
         let recent = vec![([u32::MAX; 3], 0); RECENT];
-        Self { data: MeshData::default(), known: HashMap::new(), recent }
+        let (data, left_out) = Default::default();
+        Self { data, left_out, known: HashMap::new(), recent }
     }
 }
 
@@ -103,28 +140,27 @@ impl Merged {
     }
 
     fn facet(&mut self, corners: Corners) {
+        if !corners.iter().flatten().all(|x| x.is_finite()) {
+            self.left_out.add(NOT_FINITE, None);
+            return;
+        }
         let triangle = corners.map(|corner| self.vertex(corner));
         self.data.triangles.push(triangle);
     }
 }
 
-const NOT_FINITE: &str = "a number is not finite, or beyond the range of f32; scale the mesh";
-
-fn binary(bytes: &[u8], mesh: &mut Merged) -> Result<(), Fault> {
-    let facets = bytes[HEAD..].chunks_exact(FACET);
+fn binary(bytes: &[u8], mesh: &mut Merged) {
+    let facets = bytes[HEAD..].as_chunks::<FACET>().0;
     mesh.reserve(facets.len());
-    for (index, facet) in facets.enumerate() {
+    let coloured = facets.iter().filter(|facet| facet[48..] != [0; 2]).count();
+    mesh.left_out.add_all(ATTRIBUTES, coloured as u64, None);
+    for facet in facets {
         let mut corners = [[0.0; 3]; 3];
         for (i, raw) in facet[12..48].as_chunks::<4>().0.iter().enumerate() {
-            let value = f32::from_le_bytes(*raw);
-            if !value.is_finite() {
-                return Err(Fault::byte(HEAD + index * FACET + 12 + 4 * i, NOT_FINITE));
-            }
-            corners[i / 3][i % 3] = value;
+            corners[i / 3][i % 3] = f32::from_le_bytes(*raw);
         }
         mesh.facet(corners);
     }
-    Ok(())
 }
 
 /// Bytes of a text that are worth a thread of their own.
@@ -151,7 +187,7 @@ fn ascii(bytes: &[u8], mesh: &mut Merged) -> Result<(), Fault> {
             let mut words = Words::of(bytes);
             let (inside, facets) = facets(&mut words, false)?;
             if inside {
-                return Err(ends(&words));
+                mesh.left_out.add(NO_END, None);
             }
             vec![facets]
         }
@@ -219,7 +255,7 @@ fn facets(words: &mut Words<'_>, mut solid: bool) -> Result<(bool, Vec<Corners>)
 }
 
 fn ends(words: &Words<'_>) -> Fault {
-    Fault::line(words.line, "the file ends too early: `endsolid` is missing")
+    Fault::line(words.line, "the file ends in the midst of a facet")
 }
 
 /// The next word, on whatever line.

@@ -80,7 +80,7 @@ fn within(bytes: &[u8], encoding: Encoding, room: Room) -> Result<Read, Fault> {
 }
 
 /// sRGB to linear, of a sample in 0..=1.
-fn linear(sample: f64) -> f32 {
+pub(crate) fn linear(sample: f64) -> f32 {
     let linear = match sample <= 0.04045 {
         true => sample / 12.92,
         false => libm::pow((sample + 0.055) / 1.055, 2.4),

@@ -1,4 +1,4 @@
-//! The words of a text file, line by line.
+//! The words of a text file, line by line, and its numbers.
 
 use crate::error::Fault;
 
@@ -33,7 +33,7 @@ impl<'a> Words<'a> {
     /// A number that the `statement` needs; `noun` says what it is one of.
     ///
     /// # Errors
-    /// There is none, or it is not finite.
+    /// There is none.
     pub fn number(&mut self, statement: &str, noun: &str) -> Result<f32, Fault> {
         match self.next() {
             Some(word) => number(word, self.line, statement),
@@ -101,23 +101,47 @@ impl<'a> Words<'a> {
     }
 }
 
-/// A finite number.
+/// A number; NaN for what says that it is no finite one.
 ///
 /// # Errors
-/// It is none; with the line.
+/// It is none, or beyond the range of `f32`; with the line.
 pub(crate) fn number(word: &[u8], line: u64, statement: &str) -> Result<f32, Fault> {
-    let parsed = || std::str::from_utf8(word).ok().and_then(|w| w.parse::<f32>().ok());
-    match plain(word).or_else(parsed) {
+    if let Some(x) = plain(word) {
+        return Ok(x);
+    }
+    if is_not_finite(word) {
+        return Ok(f32::NAN);
+    }
+    match std::str::from_utf8(word).ok().and_then(|w| w.parse::<f32>().ok()) {
         Some(x) if x.is_finite() => Ok(x),
-        Some(_) => Err(Fault::line(
-            line,
-            format!("{} is not finite, or beyond the range of f32; scale the mesh", shown(word)),
-        )),
+        Some(_) => {
+            let message = format!("{} is beyond the range of f32; scale the mesh", shown(word));
+            Err(Fault::line(line, message))
+        }
         None => {
-            let message = format!("{} is not a number; mend the `{statement}` line", shown(word));
+            let comma = if is_with_comma(word) { " (decimals follow a point)" } else { "" };
+            let message =
+                format!("{} is not a number{comma}; mend the `{statement}` line", shown(word));
             Err(Fault::line(line, message))
         }
     }
+}
+
+/// Whether a word is one of those that C libraries write for NaN and the infinities: `nan`,
+/// `-nan(ind)`, `inf`, `1.#QNAN`.
+pub(crate) fn is_not_finite(word: &[u8]) -> bool {
+    let word = word.strip_prefix(b"-").or_else(|| word.strip_prefix(b"+")).unwrap_or(word);
+    let is = |wanted: &[u8]| word.eq_ignore_ascii_case(wanted);
+    let begins = |wanted: &[u8]| {
+        word.get(..wanted.len()).is_some_and(|start| start.eq_ignore_ascii_case(wanted))
+    };
+    is(b"nan") || is(b"inf") || is(b"infinity") || begins(b"nan(") || begins(b"1.#")
+}
+
+/// Whether a word is a number whose decimals follow a comma.
+fn is_with_comma(word: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(word).replacen(',', ".", 1);
+    word.contains(&b',') && text.parse::<f32>().is_ok()
 }
 
 /// Powers of ten that are exact in `f64`.
@@ -162,8 +186,18 @@ fn plain(word: &[u8]) -> Option<f32> {
 
 /// A word of the file for a message: short and printable.
 pub(crate) fn shown(word: &[u8]) -> String {
-    let text = String::from_utf8_lossy(&word[..word.len().min(40)]);
-    let text: String = text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect();
+    let end = word.len().min(40);
+    // A letter that is cut in two at the end is none.
+    let text = match std::str::from_utf8(&word[..end]) {
+        Ok(text) => text,
+        Err(error) if error.error_len().is_none() => {
+            std::str::from_utf8(&word[..error.valid_up_to()]).unwrap_or_default()
+        }
+        Err(_) => return "what is no text".to_owned(),
+    };
+    if text.chars().any(char::is_control) {
+        return "what is no text".to_owned();
+    }
     format!("`{text}`")
 }
 

@@ -56,9 +56,15 @@ fn a_long_ascii_stl_is_read_as_a_whole() {
         assert_eq!(fault(&odd), said, "{i}");
     }
     let cut = plain.replace("endsolid facet one\n", "");
-    let said = read(&cut).unwrap_err();
-    let line = lines(facets.len()) + 1;
-    assert_eq!(said, format!("a.stl:{line}: the file ends too early: `endsolid` is missing"));
+    let read_cut = read(&cut).unwrap();
+    assert_eq!(
+        (read_cut.data, &read_cut.notes[..]),
+        (data, &["1 `endsolid` is missing at the end".to_owned()][..])
+    );
+    let cut = cut.trim_end().strip_suffix("endfacet").unwrap();
+    let line = lines(facets.len());
+    let said = format!("a.stl:{line}: the file ends in the midst of a facet");
+    assert_eq!(read(cut).unwrap_err(), said);
     let number = plain.replace("vertex 29000 1 0", "vertex 29000 1 o");
     let said = read(&number).unwrap_err();
     let line = lines(29_000) + 4;

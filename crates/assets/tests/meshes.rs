@@ -224,7 +224,9 @@ fn broken_files_are_errors_with_a_place_and_never_panics() {
                 assert_eq!(error.cause(), Cause::Broken, "{name} cut at {cut}: {error}");
             }
         }
-        assert!(decode(name, &bytes[..bytes.len() / 2]).is_err(), "{name}");
+        // An STL text that is cut between two facets lacks no more than its end.
+        let half = decode(name, &bytes[..bytes.len() / 2]);
+        assert!(half.is_ok_and(|file| !file.notes.is_empty()) == (name == "a.stl"), "{name}");
         for at in 0..bytes.len() {
             for bit in 0..8 {
                 let mut bad = bytes.clone();
@@ -279,12 +281,9 @@ fn faults_name_their_place() {
     let replaced = |bytes: Vec<u8>, from: &str, to: &str| {
         String::from_utf8(bytes).unwrap().replacen(from, to, 1).into_bytes()
     };
-    let mut not_finite = binary_stl();
-    not_finite[84 + 12..84 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
     let mut far = little();
     let at = far.len() - 12 - 4;
     far[at..at + 4].copy_from_slice(&9_i32.to_le_bytes());
-    let faces = far.len() - 12 - 17;
     let cases: Vec<(&str, Vec<u8>, String)> = vec![
         ("a.ply", b"plx\n".to_vec(), "a.ply:1: does not begin with `ply`; is it a PLY file?".into()),
         (
@@ -296,9 +295,9 @@ fn faults_name_their_place() {
         (
             "a.ply",
             replaced(ascii_ply(), "4 0 1 2 3", "2 0 1"),
-            "a.ply:25: a face needs three corners, this one has 2".into(),
+            "a.ply: holds 4 vertices and no face: a point cloud is no surface (1 face of fewer than three corners skipped (line 25); not read: `vertex.red`, `face.quality`, `edge`)".into(),
         ),
-        ("b.ply", far, format!("b.ply: byte {faces}: vertex 9 is asked for, there are 4 (counted from 0)")),
+        ("b.ply", far, format!("b.ply: byte {at}: vertex 9 is asked for, there are 4 (counted from 0)")),
         (
             "b.ply",
             little()[..little().len() - 9].to_vec(),
@@ -316,11 +315,6 @@ fn faults_name_their_place() {
         ),
         (
             "b.stl",
-            not_finite,
-            "b.stl: byte 96: a number is not finite, or beyond the range of f32; scale the mesh".into(),
-        ),
-        (
-            "b.stl",
             [&[b' '; 80][..], &[2, 0, 0, 0], &[0; 50]].concat(),
             "b.stl: byte 80: announces 2 facets, which take 184 bytes, and has 134; is it an STL file?"
                 .into(),
@@ -335,7 +329,7 @@ fn faults_name_their_place() {
             replaced(embedded(), r#""children":[1]"#, r#""children":[0]"#),
             "a.gltf: node 0 has two parents, or is its own".into(),
         ),
-        ("a.fbx", Vec::new(), "a.fbx: a mesh file ends in .obj, .ply, .stl, .gltf or .glb".into()),
+        ("a.fbx", b"x".to_vec(), "a.fbx: a mesh file ends in .obj, .ply, .stl, .gltf or .glb".into()),
     ];
     for (name, bytes, message) in cases {
         assert_eq!(decode(name, &bytes).unwrap_err().to_string(), message);
@@ -419,13 +413,10 @@ fn an_obj_splits_vertices_only_where_corners_differ() {
     assert_eq!(split.triangles, [[0, 1, 2], [3, 2, 4]]);
     assert_eq!(split.positions[3], split.positions[0]);
     assert_eq!(split.uvs[3], [0.5, 0.5]);
-    // Where a normal has no length the triangle's own counts.
-    let up = [0.0, 0.0, 1.0];
-    assert_eq!(split.normals, [up, up, up, [0.0; 3], up]);
+    // A normal of no length becomes that of the triangles around it.
+    assert_eq!(split.normals, [[0.0, 0.0, 1.0]; 5]);
     let plain = data("f 1/1 2/1 3/1\nf 1 3 4\n");
-    assert_eq!((plain.positions.len(), plain.uvs.len()), (5, 0));
-    let file = decode("a.obj", format!("{head}f 1/1 2/1 3/1\nf 1 3 4\n").as_bytes()).unwrap();
-    assert_eq!(file.notes, ["its texture vertices are ignored: some corners have none"]);
+    assert_eq!((plain.positions.len(), plain.uvs.len()), (6, 6));
 }
 
 #[test]

@@ -5,6 +5,7 @@ use crate::key::Key;
 use crate::maps::Maps;
 use crate::material::Material;
 use glam::DVec3;
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 /// What a mesh file holds: vertices, triangles and materials, as columns. A column that the file has
@@ -81,7 +82,7 @@ pub struct Mesh {
     pub translate: DVec3,
     /// Which normals it is lit and mirrored by.
     pub shading: Shading,
-    /// What stands for the file's own materials, where the mesh as a whole wears none.
+    /// What stands for the file's own materials, where the mesh as a whole wears none; sorted by name.
     pub worn: Arc<[Worn]>,
 }
 
@@ -97,15 +98,22 @@ pub struct Worn {
 impl Mesh {
     /// Puts other entities in place of those that stand for materials of these names.
     pub fn wear(&mut self, others: Vec<Worn>) {
-        let is_other = |worn: &&Worn| others.iter().all(|other| other.name != worn.name);
-        let kept: Vec<Worn> = self.worn.iter().filter(is_other).cloned().collect();
-        self.worn = kept.into_iter().chain(others).collect();
+        // A file may have very many materials: what is sorted is found quickly.
+        let mut worn: BTreeMap<String, Key> =
+            self.worn.iter().map(|worn| (worn.name.clone(), worn.material)).collect();
+        worn.extend(others.into_iter().map(|other| (other.name, other.material)));
+        self.worn = worn.into_iter().map(|(name, material)| Worn { name, material }).collect();
+    }
+
+    /// What stands for the file's material of this name.
+    pub fn worn_by(&self, name: &str) -> Option<Key> {
+        let at = self.worn.binary_search_by(|worn| worn.name.as_str().cmp(name)).ok()?;
+        Some(self.worn[at].material)
     }
 
     /// What stands for the file's material number `i`.
     pub fn worn_for(&self, i: usize) -> Option<Key> {
-        let name = &self.data.materials.get(i)?.name;
-        self.worn.iter().find(|worn| worn.name == *name).map(|worn| worn.material)
+        self.worn_by(&self.data.materials.get(i)?.name)
     }
 
     /// Whether this is a mesh that can be rendered.
@@ -116,7 +124,8 @@ impl Mesh {
         }
         finite("rotate", &self.rotate.to_array())?;
         finite("translate", &self.translate.to_array())?;
-        let is_there = |worn: &&Worn| self.data.materials.iter().any(|m| m.name == worn.name);
+        let names: HashSet<&str> = self.data.materials.iter().map(|m| &m.name[..]).collect();
+        let is_there = |worn: &&Worn| names.contains(&worn.name[..]);
         match self.worn.iter().find(|worn| !is_there(worn)) {
             None => Ok(()),
             Some(Worn { name, .. }) => {

@@ -31,6 +31,7 @@
 //! | `parse`, `state`, `handle` | from maps to nouns, from handles to properties |
 //! | `placed` | groups and instances |
 //! | `wardrobe` | the materials of mesh files |
+//! | `uvs` | whether a mesh has the texture coordinates that it is asked for |
 //! | `origins` | where each thing was made, so that it can be named |
 //! | `time`, `capture`, `mutation` | frames, and putting captured variables back |
 //! | `escape` | closures that outlive their turn of a loop |
@@ -75,6 +76,7 @@ mod symbolic;
 mod table;
 mod time;
 mod trouble;
+mod uvs;
 mod value;
 mod vec3;
 mod wardrobe;

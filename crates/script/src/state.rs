@@ -19,7 +19,7 @@ use reflet_scene::{
     Stripes, Surface, Textured, Tiles, Worn,
 };
 use rhai::{Dynamic, FnPtr, Map, NativeCallContext, Position};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Whether the script itself runs, or a frame.
@@ -173,6 +173,7 @@ impl State {
             self.check_wearer(key, Kind(form))
                 .map_err(|fault| Trouble::with_key("material", words_of_wear(&fault)))?;
         }
+        self.check_uvs(key).map_err(|(name, why)| Trouble::with_key(name, why))?;
         Ok(key)
     }
 
@@ -196,7 +197,8 @@ impl State {
 
     /// Makes the materials of a mesh's file, but those that are `given`.
     fn materials_of(&mut self, data: &MeshData, given: &[Worn]) -> Vec<Worn> {
-        let is_given = |own: &&MeshMaterial| given.iter().any(|other| other.name == own.name);
+        let given: HashSet<&str> = given.iter().map(|other| &other.name[..]).collect();
+        let is_given = |own: &&MeshMaterial| given.contains(&own.name[..]);
         let make = |own: &MeshMaterial| {
             let [ambient, diffuse, specular] =
                 [own.ambient, own.diffuse, own.specular].map(DVec3::from_array);
@@ -217,8 +219,9 @@ impl State {
         match mesh.as_ref().map_or(&[][..], |mesh| &mesh.worn[..]) {
             [] => {}
             [one] => return Ok(one.material),
-            several => {
-                let names: Vec<&str> = several.iter().map(|worn| &worn.name[..]).collect();
+            _ => {
+                let own = mesh.iter().flat_map(|mesh| &mesh.data.materials);
+                let names: Vec<&str> = own.map(|own| &own.name[..]).collect();
                 return Err(trouble(format!(
                     "this mesh wears several materials, those of its file: `materials` has {}",
                     names::listed(&names)
@@ -311,7 +314,7 @@ impl State {
         }
         let value = parse::value(self, Kind(kind.0), info, &to, place)?;
         if let (Value::Wardrobe(to), Some(mesh)) = (&value, self.scene.get::<Mesh>(key))
-            && to.iter().all(|worn| mesh.worn.contains(worn))
+            && to.iter().all(|worn| mesh.worn_by(&worn.name) == Some(worn.material))
         {
             // `car.materials.paint.diffuse = 1` writes the same map back.
             return Ok(());
@@ -319,7 +322,8 @@ impl State {
         if let (Value::Mesh(data), Some(mut mesh)) = (&value, self.scene.get::<Mesh>(key))
             && !Arc::ptr_eq(data, &mesh.data)
         {
-            mesh.worn = self.materials_of(data, &[]).into();
+            mesh.worn = [].into();
+            mesh.wear(self.materials_of(data, &[]));
             self.scene.set(key, mesh);
         }
         let wear = match value {
@@ -340,6 +344,11 @@ impl State {
         Ok(())
     }
 
+    /// Remembers that a thing was written, so that it is checked once all is.
+    pub fn note_written(&mut self, key: Key, kind: Kind, place: Position) {
+        self.written.insert(key, (kind, place));
+    }
+
     /// Checks the relations of everything written; the first that is wrong, with its last write.
     pub fn check_written(&mut self) -> Result<(), Trouble> {
         let written = std::mem::take(&mut self.written);
@@ -350,12 +359,14 @@ impl State {
             if kind.0.role() == Role::Surface {
                 self.check_wearer(key, kind)
                     .map_err(|f| Trouble::new(words_of_wear(&f)).at(place))?;
+                self.check_uvs(key).map_err(|(_, why)| Trouble::new(why).at(place))?;
             }
             if kind.0.role() == Role::Pattern {
                 for &(_, surface) in self.wearers.iter().filter(|(checker, _)| *checker == key) {
                     if let Some(&kind) = self.kinds.get(&surface) {
                         self.check_wearer(surface, kind)
                             .map_err(|f| Trouble::new(words_of_wear(&f)).at(place))?;
+                        self.check_uvs(surface).map_err(|(_, why)| Trouble::new(why).at(place))?;
                     }
                 }
             }
@@ -414,7 +425,8 @@ impl State {
         self.files.entry(address).or_insert_with(|| file.to_owned());
     }
 
-    fn file_of(&self, address: usize) -> String {
+    /// The name of the file that is held at an address.
+    pub fn file_of(&self, address: usize) -> String {
         self.files.get(&address).cloned().unwrap_or_default()
     }
 }

@@ -24,10 +24,11 @@ impl State {
     /// What stands for a material.
     fn worn(&self, of: Wardrobe, name: &str) -> Fallible<Key> {
         let mesh = self.dressed(of)?;
-        match mesh.worn.iter().find(|worn| worn.name == name) {
-            Some(worn) => Ok(worn.material),
+        match mesh.worn_by(name) {
+            Some(material) => Ok(material),
             None => {
-                let known: Vec<&str> = mesh.worn.iter().map(|worn| &worn.name[..]).collect();
+                let known: Vec<&str> =
+                    mesh.data.materials.iter().map(|own| &own.name[..]).collect();
                 let offer = names::offer(name, "has", &known);
                 Err(trouble(format!("the mesh's file has no material `{name}`{offer}")))
             }
@@ -43,6 +44,7 @@ impl State {
             let mut mesh = self.dressed(of)?;
             mesh.wear(vec![Worn { name: name.to_owned(), material }]);
             self.scene.set(of.0.key, mesh);
+            self.note_written(of.0.key, of.0.kind, place);
         }
         Ok(())
     }

@@ -26,6 +26,7 @@ mod textures;
 
 use crate::error::{AssetError, Fault};
 use crate::finish::finish;
+use crate::texture::Budget;
 use container::{File, Other};
 use json::{Primitive, Root};
 use nodes::{Shown, Ways};
@@ -121,6 +122,7 @@ const COMPRESSED: [(&str, &str); 3] = [
 pub fn parse(
     bytes: &[u8],
     other: &mut dyn FnMut(&str) -> Result<Vec<u8>, AssetError>,
+    budget: &Budget,
 ) -> Result<GltfMesh, GltfError> {
     let file = File::open(bytes, other)?;
     let compressed = |names: &[String]| {
@@ -136,17 +138,17 @@ pub fn parse(
         return Err(error);
     }
     // Where compression is optional the plain data may be there, too.
-    build(&file, other)
+    build(&file, other, budget)
         .map_err(|trouble| compressed(&file.root.extensions_used).unwrap_or_else(|| trouble.into()))
 }
 
-fn build(file: &File, other: Other<'_>) -> Result<GltfMesh, Trouble> {
+fn build(file: &File, other: Other<'_>, budget: &Budget) -> Result<GltfMesh, Trouble> {
     let shown = file.shown()?;
     file.check_size(&shown)?;
     let mut building = Building {
         file,
         coloured: file.coloured(&shown),
-        textures: Textures::new(file, other),
+        textures: Textures::new(file, other, budget),
         data: MeshData::default(),
         materials: HashMap::new(),
         passed_over: 0,

@@ -3,10 +3,10 @@
 use super::Trouble;
 use super::container::{File, Other, load};
 use super::json::{Sampler, TextureInfo};
-use crate::error::Fault;
-use crate::texture;
+use crate::texture::{Budget, Encoding};
 use reflet_scene::{Map, TexelFilter, Texture, UvSet, Wrap};
 use std::collections::HashMap;
+use std::path::Path;
 use std::sync::Arc;
 
 /// What a picture's samples are.
@@ -24,15 +24,15 @@ pub(super) struct Textures<'a> {
     other: Other<'a>,
     /// By image; `None` if it cannot be read.
     known: HashMap<(usize, Samples), Option<Arc<Texture>>>,
-    /// Texels decoded so far.
-    texels: u64,
+    /// The memory of all textures.
+    budget: &'a Budget,
     /// What is wrong with those that cannot be read.
     pub unread: Vec<String>,
 }
 
 impl<'a> Textures<'a> {
-    pub fn new(file: &'a File, other: Other<'a>) -> Self {
-        Textures { file, other, known: HashMap::new(), texels: 0, unread: Vec::new() }
+    pub fn new(file: &'a File, other: Other<'a>, budget: &'a Budget) -> Self {
+        Textures { file, other, known: HashMap::new(), budget, unread: Vec::new() }
     }
 
     /// The map that a material names; `None` if there is none or it cannot be read.
@@ -125,15 +125,12 @@ impl<'a> Textures<'a> {
             (None, Some(view)) => file.view(view).map_err(|trouble| about(trouble.message()))?.0,
             (None, None) => return Err(about("holds nothing")),
         };
-        if self.texels > texture::MOST_TEXELS {
-            return Err(about("the pictures of this file are too large together"));
-        }
-        let decoded = match unread_format(bytes) {
-            Some(format) => return Err(about(&format!("{format} is not read"))),
-            None => texels(bytes, samples).map_err(|fault| about(&fault.message))?,
+        let encoding = match samples {
+            Samples::Colours => Encoding::Srgb,
+            Samples::Data => Encoding::Linear,
         };
-        self.texels += decoded.texels.len() as u64;
-        Ok(Arc::new(decoded))
+        let read = self.budget.texture(Path::new(&named), bytes, encoding);
+        Ok(read.map_err(|error| about(error.message()))?.texture)
     }
 
     fn tell(&mut self, what: String) {
@@ -173,42 +170,6 @@ impl Trouble {
             Trouble::Other(error) => error.message(),
         }
     }
-}
-
-/// The name of a format that glTF files hold and that no picture is read from.
-fn unread_format(bytes: &[u8]) -> Option<&'static str> {
-    if bytes.starts_with(b"\xabKTX 20\xbb") {
-        Some("KTX2")
-    } else if bytes.starts_with(b"DDS ") {
-        Some("DDS")
-    } else if bytes.get(4..12) == Some(b"ftypavif") {
-        Some("AVIF")
-    } else {
-        None
-    }
-}
-
-/// A picture's texels. The reader of pictures takes all samples for colours.
-fn texels(bytes: &[u8], samples: Samples) -> Result<Texture, Fault> {
-    let colours = texture::decode(bytes)?;
-    Ok(match samples {
-        Samples::Colours => colours,
-        Samples::Data => as_stored(&colours),
-    })
-}
-
-/// Intensities back to the samples that stood for them (IEC 61966-2-1).
-fn as_stored(colours: &Texture) -> Texture {
-    let stored = |x: &f32| {
-        let x = f64::from(*x);
-        let sample = match x <= 0.003_130_8 {
-            true => x * 12.92,
-            false => 1.055 * libm::pow(x, 1.0 / 2.4) - 0.055,
-        };
-        sample as f32
-    };
-    let texels = colours.texels.iter().map(|[r, g, b]| [stored(r), stored(g), stored(b)]).collect();
-    Texture { width: colours.width, height: colours.height, texels }
 }
 
 /// KHR_texture_transform, which moves places with v down, for places with v up.
