@@ -205,7 +205,11 @@ impl Stage {
         };
         let result = own_thread::run(meter, options.max_memory, slow, run)
             .unwrap_or_else(|| Err(no_thread(&source.path)));
-        state.lock().phase = Phase::Script;
+        {
+            let mut state = self.state.lock();
+            state.phase = Phase::Script;
+            self.warnings = warnings(&state);
+        }
         if let Err(mut error) = result {
             self.rewind();
             error.frame = Some(index);
