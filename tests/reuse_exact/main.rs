@@ -12,7 +12,7 @@ mod found;
 
 use draw::{Dice, Script};
 use reflet_accel::Isa;
-use reflet_film::{Compression, Target};
+use reflet_film::{Compression, Dither, Target, VideoQuality};
 use reflet_frame::{Draft, Job, Resume, Reuse};
 use reflet_script::{Options, Source, Stage};
 use std::fs;
@@ -70,6 +70,8 @@ fn render(script: &Path, out: &Path, way: Way, frames: u32) -> Result<Vec<Vec<u8
         resume: Resume::Never,
         tile: None,
         compression: Compression::default(),
+        dither: Dither::default(),
+        quality: VideoQuality::default(),
         target: target.clone(),
     };
     let done = reflet_frame::render(&mut stage, &job, &AtomicBool::new(false), &mut |_| {});

@@ -463,6 +463,7 @@ fn type_words(name: &str) -> String {
         "handle" => "a handle",
         "random" => "a random stream",
         "frame" => "a frame",
+        "hit point" => "a hit point",
         other => return other.to_owned(),
     }
     .to_owned()

@@ -227,7 +227,11 @@ impl Stage {
         };
         let result = own_thread::run(meter, carried, slow, run)
             .unwrap_or_else(|broken| Err(broken_down(&source.path, broken)));
-        state.lock().phase = Phase::Script;
+        {
+            let mut state = self.state.lock();
+            state.phase = Phase::Script;
+            self.warnings = warnings(&state);
+        }
         if let Err(mut error) = result {
             self.rewind();
             error.frame = Some(index);

@@ -172,6 +172,61 @@ fn handles_read_what_was_written() {
 }
 
 #[test]
+fn closures_that_are_used_up_within_their_turn_may_capture_its_variable() {
+    let said = printed(
+        "let tags = [];
+         for name in [\"red\", \"blue\", \"red\"] {
+             if !tags.some(|t| t == name) { tags.push(name); }
+         }
+         print(tags.len());
+         fn twice(f, x) { f.call(f.call(x)) }
+         for i in 1..3 {
+             let add = |x| x + i;
+             let all = || [1, 2].map(|x| x * i);
+             let chosen = if i == 1 { |x| x - i } else { add };
+             print([add.call(1), twice(add, 1), all.call(), chosen.call(5), twice(|x| x * i, 3)]);
+         }",
+    );
+    assert_eq!(said, ["2", "[2, 3, [1, 2], 4, 3]", "[3, 5, [2, 4], 7, 12]"]);
+}
+
+#[test]
+fn values_of_one_kind_compare_and_others_are_refused_outside_of_arrays() {
+    for (expression, expected) in [
+        ("1 == 1.0 && 2 > 1.5 && \"a\" == \"abc\"[0]", "true"),
+        (
+            "[1, \"a\"].contains(\"a\") && 2 in [\"a\", 2] && [1, \"a\"].index_of(\"a\") == 1",
+            "true",
+        ),
+        ("#{}.x == () && () != 1 && vec3(1) != ()", "true"),
+        ("(-2) ** 2 + 2 - 2 ** 2 - (2 ** 2)", "-2"),
+        ("rgb(255, 0, 0).r + srgb(\"#00ff00\").g", "2.0"),
+    ] {
+        assert_eq!(value(expression), expected, "{expression}");
+    }
+    assert_eq!(printed("let n = 8; n /= 2; n **= 2; n %= 5; print(n);"), ["1"]);
+}
+
+#[test]
+fn degrees_given_to_functions_of_radians_are_warned_of() {
+    let warned = |script: &str| {
+        let text = format!(
+            "camera(#{{ eye: [0, 2, 8], look_at: [0, 1, 0] }});
+             light(#{{ at: [0, 5, 0], emissivity: 1 }}); animation(#{{ frames: 3 }}); {script}"
+        );
+        let source = Source { path: "scene.rhai".into(), text };
+        let mut stage = Stage::load(source, &Options::default()).unwrap();
+        (0..3).for_each(|k| stage.frame(k).unwrap());
+        stage.warnings().iter().map(|w| w.message.clone()).collect::<Vec<_>>()
+    };
+    let said =
+        ["line 2: `cos` takes radians, and 45 looks like degrees: write cos(to_radians(45))"];
+    assert_eq!(warned("for i in 0..8 { cos(45 * i); }"), said);
+    assert_eq!(warned("on_frame(|f| cos(45 * f.index));"), said);
+    assert!(warned("for i in 0..20 { sin(i); sin(TAU * i); }").is_empty());
+}
+
+#[test]
 fn parameters_keep_their_kind() {
     let text = "camera(#{ viewpoint: [0, 0, 3], window: [8, 6] });
         let n = param(\"n\", 3, 1, 9); let g = param(\"g\", 0, 0.0, 1.0);";

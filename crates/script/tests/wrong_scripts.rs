@@ -72,6 +72,7 @@ fn every_wrong_script_says_what_is_wrong_where() {
     let mut cases = table(include_str!("wrong_scripts.txt"));
     cases.extend(table(include_str!("wrong_words.txt")));
     cases.extend(table(include_str!("wrong_meshes.txt")));
+    cases.extend(table(include_str!("wrong_habits.txt")));
     assert!(cases.len() >= 200, "{} cases", cases.len());
     let mut wrong = Vec::new();
     for case in &cases {
@@ -111,6 +112,21 @@ fn who_has_to_mend_it_is_told() {
     assert_eq!(missing.kind, ErrorKind::Input);
     let folder = Source::read(std::env::temp_dir()).unwrap_err();
     assert_eq!(folder.message, "cannot read the script: this is no regular file");
+}
+
+#[test]
+fn the_marker_stands_below_wide_characters_and_is_left_out_where_columns_end() {
+    let shown = |text: &str| error_of(text, &Options::default()).to_string();
+    assert_eq!(
+        shown("let v = \"日本e\u{301}\"; 2 ^ 3;"),
+        "a/scene.rhai:1:19: `^` does not go between whole numbers: a power is written 2 ** 3\n \
+         1 | let v = \"日本e\u{301}\"; 2 ^ 3;\n   \
+         |                    ^"
+    );
+    let far = format!("let v = [{}]; 2 ^ 3;", "1, ".repeat(30_000));
+    assert!(shown(&far).ends_with(
+        "= at or beyond column 65535, where columns are no longer counted: break the line"
+    ));
 }
 
 #[test]
