@@ -6,7 +6,7 @@ use std::path::Path;
 
 fn decode(name: &str, bytes: &[u8]) -> Result<mesh::MeshFile, AssetError> {
     mesh::decode(Path::new(name), bytes, &mut |name| {
-        Err(reflet_assets::jail::find(Path::new("/nowhere"), name).expect_err("no such folder"))
+        Err(reflet_assets::jail::open(Path::new("/nowhere"), name).expect_err("no such folder"))
     })
 }
 
