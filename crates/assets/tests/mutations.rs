@@ -134,7 +134,7 @@ fn fuzz(rounds: usize, seed: u64) {
     ];
     let mut dice = Dice(seed);
     let missing = |name: &str| -> AssetError {
-        reflet_assets::jail::find(Path::new("/nowhere"), name).expect_err("no such folder")
+        reflet_assets::jail::open(Path::new("/nowhere"), name).expect_err("no such folder")
     };
     let mut read = 0;
     for round in 0..rounds {
