@@ -96,5 +96,7 @@ fn edges_get_all_positions_and_the_rest_one() {
     assert!(scripts.len() >= 10 && all_rays > 0, "no scenes");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     let part = few_rays as f64 / all_rays as f64;
-    assert!(part <= 0.5, "{:.1} % of the rays", part * 100.0);
+    // At an edge the tree of the centre comes on top of all samples.
+    let samples: f64 = SAMPLES.parse().expect("a number");
+    assert!(part <= 0.5 + 1.0 / samples, "{:.1} % of the rays", part * 100.0);
 }

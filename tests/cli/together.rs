@@ -125,7 +125,7 @@ fn a_folder_that_is_replaced_during_a_run_is_noticed() {
         assert!(there.len() < 400);
         if ran.err.contains("are missing") {
             let (what, first) = match made_anew {
-                true => ("the folder was replaced", " 0-"),
+                true => ("the folder was replaced", " are missing in o: 0"),
                 false => ("files were removed", "1 of 400 frames are missing in o: 0;"),
             };
             assert!(ran.err.contains(what) && ran.err.contains(first), "{}", ran.err);

@@ -10,7 +10,7 @@
 //! | [`stl`] | STL |
 //! | [`mod@gltf`] | glTF and GLB |
 //! | [`picture`] | PNG, JPEG, EXR and others to samples |
-//! | [`png`] | PNG to 8-bit pixels |
+//! | [`rgb8`] | pictures to 8-bit pixels |
 //! | [`texture`] | those to [`Texture`], and the memory of all of them |
 //! | [`shield`] | a decoder's panic to an error |
 //! | [`error`] | what is wrong with a file: missing, forbidden or broken, with its line or byte |
@@ -48,8 +48,8 @@ pub mod mtl;
 pub mod obj;
 pub mod picture;
 pub mod ply;
-pub mod png;
 mod polygon;
+pub mod rgb8;
 pub mod shield;
 pub mod stl;
 pub mod texture;

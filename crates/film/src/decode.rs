@@ -4,10 +4,6 @@
 use crate::picture::{Layout, Picture, SampleKind};
 use crate::transfer::Transfer;
 use crate::{exr, netpbm, png, qoi};
-use zune_jpeg::JpegDecoder;
-use zune_jpeg::zune_core::bytestream::ZCursor;
-use zune_jpeg::zune_core::colorspace::ColorSpace;
-use zune_jpeg::zune_core::options::DecoderOptions;
 
 /// What a still's file says before its pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,13 +80,12 @@ pub fn still_head(bytes: &[u8]) -> Result<StillHead, String> {
 pub fn decode_still(bytes: &[u8]) -> Result<Picture, String> {
     let size = still_head(bytes)?.size;
     match kind(bytes)? {
-        Kind::Png => {
-            let decoded = reflet_assets::png::decode(bytes)?;
+        Kind::Png | Kind::Jpeg => {
+            let decoded = reflet_assets::rgb8::decode(bytes)?;
             of_rows([decoded.width, decoded.height], &decoded.pixels)
         }
         Kind::Exr => exr::decode(bytes),
         Kind::Qoi => of_rows(size, &qoi::decode(bytes, size)?),
-        Kind::Jpeg => jpeg(bytes),
         Kind::Ppm => of_rows(size, netpbm::ppm_samples(bytes)?),
         Kind::Pfm => {
             let mut picture = blank(size, SampleKind::F32)?;
@@ -116,18 +111,6 @@ fn of_rows(size: [u32; 2], samples: &[u8]) -> Result<Picture, String> {
         picture.set_row(0, y as u32, row);
     }
     Ok(picture)
-}
-
-fn jpeg(bytes: &[u8]) -> Result<Picture, String> {
-    let options = DecoderOptions::default()
-        .jpeg_set_out_colorspace(ColorSpace::RGB)
-        .set_max_width(usize::from(u16::MAX))
-        .set_max_height(usize::from(u16::MAX))
-        .set_strict_mode(true);
-    let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    let samples = decoder.decode().map_err(|error| format!("the JPEG is broken: {error}"))?;
-    let (width, height) = decoder.dimensions().ok_or("the JPEG is broken")?;
-    of_rows([width as u32, height as u32], &samples)
 }
 
 /// The size of a JPEG of one scan, as cameras and this crate write it.

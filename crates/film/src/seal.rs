@@ -26,6 +26,10 @@ pub const CHECK: &str = "reflet-check";
 /// What is added to a picture's name for the file that stands beside it.
 pub const MANIFEST_ENDING: &str = ".reflet";
 
+/// The bytes by which formats are told apart: of a PNG with all chunks that stand before the control
+/// chunk of an animation.
+const HEAD: u64 = 256;
+
 /// The digits of a hash.
 const DIGITS: usize = 64;
 
@@ -199,7 +203,7 @@ fn insert_remarks(ppm: &mut Vec<u8>, lines: &str) {
 pub fn read_sealed(path: &Path) -> Result<Vec<(String, String)>, Unsealed> {
     let mut file = open(path)?;
     let mut head = Vec::new();
-    file.by_ref().take(64).read_to_end(&mut head).map_err(Unsealed::Unreadable)?;
+    file.by_ref().take(HEAD).read_to_end(&mut head).map_err(Unsealed::Unreadable)?;
     if let Some(film) = closing::carried(&head) {
         return closing::read(file, film);
     }

@@ -141,7 +141,7 @@ fn segment(head: &[u8]) -> Option<(u64, u64)> {
 pub(crate) fn carried(head: &[u8]) -> Option<Format> {
     if head.starts_with(b"GIF89a") {
         Some(Format::Gif)
-    } else if head.starts_with(&png::SIGNATURE) && head.get(37..41) == Some(b"acTL") {
+    } else if png::is_animated(head) {
         Some(Format::Apng)
     } else if head.starts_with(b"RIFF") && head.get(8..12) == Some(b"WEBP") {
         Some(Format::Webp)

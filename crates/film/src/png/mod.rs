@@ -17,7 +17,7 @@ use crate::transfer::Transfer;
 use std::ops::Range;
 use std::sync::Arc;
 
-pub(crate) use texts::{read_head, read_texts};
+pub(crate) use texts::{is_animated, read_head, read_texts};
 
 pub(crate) const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 /// Deflate with a window of 32 KiB, no dictionary, "fastest" as the level.

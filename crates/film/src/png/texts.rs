@@ -53,6 +53,20 @@ pub(crate) fn read_texts(bytes: &[u8]) -> Result<Texts, String> {
     }
 }
 
+/// Whether a PNG that begins so is an animation: its control chunk stands before all pictures.
+pub(crate) fn is_animated(head: &[u8]) -> bool {
+    let mut at = SIGNATURE.len();
+    while head.starts_with(&SIGNATURE) {
+        let Some([a, b, c, d, kind @ ..]) = head.get(at..at + 8) else { return false };
+        match kind {
+            b"acTL" => return true,
+            b"IDAT" | b"IEND" => return false,
+            _ => at = at.saturating_add(12 + u32::from_be_bytes([*a, *b, *c, *d]) as usize),
+        }
+    }
+    false
+}
+
 /// The size of a PNG, and what it says of its samples. As the specification has it, cICP counts before
 /// sRGB, and that before gAMA.
 ///

@@ -1,6 +1,7 @@
-//! PNG to 8-bit red, green and blue, as frames of films need it.
+//! Pictures of whole samples to 8-bit red, green and blue, as frames of films need them: samples as they
+//! are stored, through no curve.
 
-use crate::picture::{self, Room, Samples, format::Format};
+use crate::picture::{self, Room, Samples};
 
 /// The memory that a frame may take while it is decoded, in bytes.
 const MOST_BYTES: u64 = 4 << 30;
@@ -16,22 +17,19 @@ pub struct Rgb8 {
     pub pixels: Vec<u8>,
 }
 
-/// Decodes a PNG of any kind, given as its bytes: 16 bits are rounded to 8, transparency is left
-/// out. Of an animated one, the first picture.
+/// Decodes a picture, given as its bytes: 16 bits are rounded to 8, transparency is left out. Of an
+/// animated one, the first picture.
 ///
 /// # Errors
-/// What is wrong with the file, in words.
+/// What is wrong with the file, in words; what holds floats.
 pub fn decode(bytes: &[u8]) -> Result<Rgb8, String> {
-    if picture::format::of(bytes).map_err(|fault| fault.message)? != Format::Png {
-        return Err("is no PNG".to_owned());
-    }
     let room = Room { most: MOST_BYTES, left: MOST_BYTES, made: 3 };
     let raster = picture::decode(bytes, room).map_err(|fault| fault.message)?;
     let samples = match raster.samples {
         Samples::U8(samples) => samples,
-        // 65535 is 255 times 257.
-        Samples::U16 { values, .. } => {
-            values.iter().map(|value| ((u32::from(*value) + 128) / 257) as u8).collect()
+        Samples::U16 { values, most } => {
+            let most = u32::from(most);
+            values.iter().map(|value| ((u32::from(*value) * 255 + most / 2) / most) as u8).collect()
         }
         Samples::F32(_) => return Err("its samples are no integers".to_owned()),
     };
