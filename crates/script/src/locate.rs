@@ -70,11 +70,15 @@ impl Script<'_> {
         }
         // Some errors ("data race") have no position: the nearest call has.
         let call = calls.last().map_or(Position::NONE, |c| c.1);
-        let at =
-            known(inner.position()).or(known(call)).unwrap_or_else(|| match (inner, self.ast) {
-                (EvalAltResult::ErrorDataRace(what, _), Some(ast)) => function_place(ast, what),
-                _ => Position::NONE,
-            });
+        let raced = || match (inner, self.ast) {
+            (EvalAltResult::ErrorDataRace(what, _), Some(ast)) => known(function_place(ast, what)),
+            _ => None,
+        };
+        let at = known(inner.position())
+            .or(known(call))
+            .or_else(raced)
+            .or_else(|| self.ast.and_then(likely_place))
+            .unwrap_or(Position::NONE);
         let mut made = match inner {
             EvalAltResult::ErrorRuntime(value, _) | EvalAltResult::ErrorTerminated(value, _) => {
                 match value.read_lock::<Trouble>() {
@@ -199,6 +203,21 @@ fn function_place(ast: &AST, what: &str) -> Position {
         found.is_none()
     });
     found
+}
+
+/// Where an error that Rhai gives no place most likely came up: in the first loop, or else in the
+/// first statement.
+fn likely_place(ast: &AST) -> Option<Position> {
+    let mut found = None;
+    ast.walk(&mut |path: &[ASTNode]| {
+        if let Some(ASTNode::Stmt(stmt @ (Stmt::While(..) | Stmt::Do(..) | Stmt::For(..)))) =
+            path.last()
+        {
+            found = known(stmt.position());
+        }
+        found.is_none()
+    });
+    found.or_else(|| ast.statements().iter().find_map(|stmt| known(stmt.position())))
 }
 
 /// Where a variable of the script itself was defined last.
