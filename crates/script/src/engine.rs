@@ -34,6 +34,8 @@ struct Reading {
     variables: u64,
     /// The open blocks and map literals.
     open: Vec<Open>,
+    /// The functions so far, closures among them; each is looked up among all.
+    functions: u64,
     steps: u64,
     /// Whether a minus stands before the operand that is being read, and before those around each
     /// open bracket.
@@ -94,6 +96,17 @@ impl Reading {
                 Some(Open::Map(_)) => {}
                 None => self.variables = 0,
             },
+            Token::Fn | Token::Pipe | Token::Or => {
+                self.functions += 1;
+                self.steps += 4 * self.functions;
+                if self.steps > Self::STEPS {
+                    let many = format!(
+                        "{} functions are too many for a script: call one in a loop",
+                        self.functions
+                    );
+                    return refused("fn", many);
+                }
+            }
             Token::Colon => {
                 if let Some(Open::Map(keys)) = self.open.last_mut() {
                     *keys += 1;

@@ -13,14 +13,14 @@ pub type Heap = fn() -> u64;
 /// more than this.
 const COPIED: u64 = 64 << 10;
 /// The bytes that are copied in the time of an operation.
-const COPIED_BY_ONE: u64 = 32;
+const COPIED_BY_ONE: u64 = 8;
 /// A script's values may take one of so many parts of its memory. A value is copied in one
 /// operation, and nested ones are dropped by recursion, which takes at most 2.5 times their bytes
 /// of stack (measured: a link of a chain of closures 160 bytes and 360 of stack, an array in an
 /// array 40 and 96): so the rest is what copying and dropping may need.
 pub(crate) const VALUES: u64 = 4;
 /// The time that goes with an operation: some more than most of them take.
-const TIME: Duration = Duration::from_nanos(40);
+const TIME: Duration = Duration::from_nanos(30);
 /// The least time that a script has.
 const LEAST_TIME: Duration = Duration::from_secs(10);
 
@@ -166,9 +166,9 @@ impl Meter {
         None
     }
 
-    /// Charges work that a native function does beside its own operation: `steps` of some 10 ns.
+    /// Charges work that a native function does beside its own operation: `steps` of 10 to 30 ns.
     pub fn work(&self, steps: usize) -> Fallible<()> {
-        let done = self.operations.load(Relaxed) + steps as u64 / 4;
+        let done = self.operations.load(Relaxed) + steps as u64;
         self.operations.store(done, Relaxed);
         if done > self.max_operations || self.is_stopped() {
             return Err(ended(self.stop_trouble()));

@@ -156,6 +156,11 @@ fn long_scripts_are_bounded() {
     let keys: String = (0..100_000).map(|i| format!("k{i}: 1, ")).collect();
     let said = error(&format!("let x = #{{ {keys} }};")).message;
     assert!(said.contains("keys are too many for a map that is written out"), "{said}");
+    for many in ["fn f{i}(x) { x } ", "let x = |x| x; "] {
+        let many: String = (0..60_000).map(|i| many.replace("{i}", &i.to_string())).collect();
+        let said = error(&many).message;
+        assert!(said.contains("too many for a script"), "{said}");
+    }
     let said = error("for i in 0..200000 { param(`p${i}`, 1, 0, 2); }").message;
     assert_eq!(said, "a scene has at most 4096 parameters");
 }
