@@ -143,7 +143,7 @@ struct Names {
 }
 
 impl Names {
-    fn new(&mut self, kind: Kind) -> String {
+    fn add(&mut self, kind: Kind) -> String {
         let name = format!("x{}", self.made);
         self.made += 1;
         self.all.push((name.clone(), kind));
@@ -362,7 +362,7 @@ fn make(dice: &mut Dice, names: &mut Names, text: &mut String, kind: Kind) {
             )
         }
     };
-    let name = names.new(kind);
+    let name = names.add(kind);
     let _ = writeln!(text, "let {name} = {call};");
 }
 

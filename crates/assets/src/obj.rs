@@ -176,11 +176,10 @@ impl Reading {
                     self.obj.libraries.push(name);
                 }
             }
+            Some(b"s") if matches!(words.next(), None | Some(b"off" | b"0")) => {}
             Some(b"s") => {
-                if !matches!(words.next(), None | Some(b"off" | b"0")) {
-                    self.smoothed += 1;
-                    self.smoothed_line.get_or_insert(words.line);
-                }
+                self.smoothed += 1;
+                self.smoothed_line.get_or_insert(words.line);
             }
             Some(word) if SILENT.contains(&word) => {}
             Some(word) => {

@@ -29,7 +29,10 @@ pub fn shielded<R>(work: impl FnOnce() -> R) -> Result<R, String> {
             if WITHIN.get() == 0 {
                 return before(info);
             }
-            let said = info.payload_as_str().unwrap_or("no reason given");
+            let payload = info.payload();
+            let said = payload.downcast_ref::<&str>().copied();
+            let said = said.or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+            let said = said.unwrap_or("no reason given");
             SAID.set(said.replace(char::is_control, " "));
         }));
     });

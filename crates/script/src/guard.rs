@@ -356,9 +356,10 @@ fn size(value: &Dynamic) -> usize {
             map.values().for_each(|item| add(item, sum, depth + 1));
         } else if let Ok(bytes) = value.as_blob_ref() {
             *sum += EMPTY + bytes.len();
-        } else if value.read_lock::<FnPtr>().is_some() || value.read_lock::<Vec3>().is_some() {
-            *sum += 2 * EMPTY;
-        } else if value.read_lock::<Handle>().is_some() {
+        } else if value.read_lock::<FnPtr>().is_some()
+            || value.read_lock::<Vec3>().is_some()
+            || value.read_lock::<Handle>().is_some()
+        {
             *sum += 2 * EMPTY;
         }
         // Strings are shared, not copied.

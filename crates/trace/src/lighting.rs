@@ -116,9 +116,9 @@ pub(crate) fn climb(points: &Interactions, codes: &[HitCode], shadows: &mut Shad
     for (i, row) in lifted.iter().map(|row| usize::from(*row)).enumerate() {
         let way = [0, 1, 2].map(|k| f64::from(points.lift[k][row]));
         let length = (way[0] * way[0] + way[1] * way[1] + way[2] * way[2]).sqrt();
-        for k in 0..3 {
+        for (k, way) in way.into_iter().enumerate() {
             rays.origin[k][i] = points.start[k][row];
-            rays.dir[k][i] = (way[k] / length) as f32;
+            rays.dir[k][i] = (way / length) as f32;
         }
         rays.t_max[i] = length as f32;
         rays.last[i] = codes[row];

@@ -105,10 +105,10 @@ impl Patch {
     /// below the triangle.
     fn lift(&self, normals: [Option<V>; 3], facing: V, p: V) -> V {
         let mut lift = [0.0; 3];
-        for i in 0..3 {
-            let Some(n) = normals[i] else { continue };
-            let height = dot(sub(self.points[i], p), n);
-            let way = if height > 0.0 { self.weights[i] * height } else { 0.0 };
+        for ((n, corner), weight) in normals.into_iter().zip(self.points).zip(self.weights) {
+            let Some(n) = n else { continue };
+            let height = dot(sub(corner, p), n);
+            let way = if height > 0.0 { weight * height } else { 0.0 };
             lift = [0, 1, 2].map(|k| lift[k] + way * n[k]);
         }
         if dot(lift, facing) > 0.0 { lift } else { [0.0; 3] }

@@ -4,6 +4,9 @@ use super::Trouble;
 use super::container::File;
 use super::json::{Accessor, Sparse};
 
+/// Elements that a sparse accessor puts in the place of others: their numbers and their bytes.
+type Overrides<'a> = Vec<(u32, &'a [u8])>;
+
 /// The most elements of an accessor that takes them from no buffer.
 const MOST_OF_NOTHING: usize = 1 << 24;
 
@@ -131,7 +134,7 @@ impl File {
         sparse: &Sparse,
         accessor: &Accessor,
         size: usize,
-    ) -> Result<Option<Vec<(u32, &[u8])>>, Trouble> {
+    ) -> Result<Option<Overrides<'_>>, Trouble> {
         let (indices, _) = self.view(sparse.indices.buffer_view)?;
         let (values, _) = self.view(sparse.values.buffer_view)?;
         let Some(kind) = Component::of(sparse.indices.component_type) else { return Ok(None) };

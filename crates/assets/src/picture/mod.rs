@@ -2,7 +2,7 @@
 //!
 //! | room | reads |
 //! | --- | --- |
-//! | [`format`](self::format) | the first bytes, which tell the format, and the names of those that are not read |
+//! | [`mod@format`] | the first bytes, which tell the format, and the names of those that are not read |
 //! | `png`, `jpeg`, `exr` | these, with what a file says of its colours, its windows and its scans |
 //! | `netpbm` | PBM, PGM, PPM, PAM and PFM |
 //! | `rest` | WebP, TIFF, BMP, TGA, QOI and Radiance HDR |
