@@ -276,7 +276,7 @@ fn choice(name: &str, default: &Dynamic, choices: &Dynamic) -> Fallible<(Domain,
         };
         let text = text.as_str();
         // The command line trims what it is given, and an empty value is none.
-        if text.is_empty() || text.trim() != text.as_str() || messages::printable(text) != text {
+        if text.is_empty() || text.trim() != text || messages::printable(text) != text {
             return Err(trouble(format!(
                 "a choice of parameter `{name}` takes text without blanks around it and without control characters, got {text:?}"
             )));
