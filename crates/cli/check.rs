@@ -26,6 +26,7 @@ use crate::console::Console;
 use crate::exit::Failure;
 use crate::frames::FrameRanges;
 use crate::meant::Script;
+use crate::params;
 use crate::progress::bytes;
 use course::Course;
 use findings::{Findings, Kind};
@@ -265,8 +266,8 @@ fn describe(scene: &Scene, shapes: &Shapes) -> String {
 fn parameters(stage: &Stage) -> String {
     let mut text = String::new();
     for p in stage.parameters() {
-        let range = format!("{} to {}", number(p.low), number(p.high));
-        let _ = writeln!(text, "parameter   {} = {}, {range}", p.name, number(p.value));
+        let (value, takes) = (params::setting(&p.value), params::domain(&p.domain));
+        let _ = writeln!(text, "parameter   {} = {value}, {takes}", p.name);
     }
     text
 }

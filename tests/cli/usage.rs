@@ -143,6 +143,37 @@ fn parameters_are_set_and_listed() {
 }
 
 #[test]
+fn bools_colours_and_choices_are_set_and_listed() {
+    let script = format!(
+        "{STILL}let shiny = param(\"shiny\", true);\nlet tint = param(\"tint\", [1, 0.5, 0]);\n\
+         let finish = param(\"finish\", \"chrome\", [\"chrome\", \"matt\"]);\n"
+    );
+    let room = Room::with(&[("p.rhai", &script)]);
+    let sets = ["--set", "shiny=false", "--set", "tint=#fff", "--set", "finish=matt"];
+    let json = room.good(&[&["params", "p.rhai", "--json"][..], &sets].concat());
+    let rows: serde_json::Value = serde_json::from_str(json.text()).unwrap();
+    let expected = serde_json::json!([
+        { "name": "shiny", "kind": "bool", "default": true, "value": false, "line": 8 },
+        { "name": "tint", "kind": "colour", "default": [1.0, 0.5, 0.0], "value": [1.0, 1.0, 1.0],
+          "line": 9 },
+        { "name": "finish", "kind": "choice", "default": "chrome", "choices": ["chrome", "matt"],
+          "value": "matt", "line": 10 },
+    ]);
+    assert_eq!(rows, expected);
+    room.good(&["render", "p.rhai", "-o", "a.png", "--set", "tint=0.2,0.4,0.9"]);
+    assert!(room.good(&["check", "p.rhai"]).text().contains("finish = chrome"));
+    for (bad, words) in [
+        ("shiny=1", ["shiny", "true or false"]),
+        ("tint=red", ["tint", "#rrggbb"]),
+        ("tint=-1,0,0", ["tint", "at least 0"]),
+        ("finish=mat", ["\"chrome\", \"matt\"", "did you mean `matt`"]),
+    ] {
+        room.bad(&["render", "p.rhai", "-o", "b.png", "--set", bad], 2, &words);
+    }
+    assert_eq!(room.made(), ["a.png"]);
+}
+
+#[test]
 fn a_wrong_script_is_65_and_a_missing_one_66() {
     let late =
         format!("{STILL}{FIVE}on_frame(|f| {{ if f.index == 3 {{ paint.nonsense = 1; }} }});\n");

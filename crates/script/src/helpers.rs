@@ -140,7 +140,8 @@ fn decode(c: f64) -> f64 {
     if c <= 0.04045 { c / 12.92 } else { libm::pow((c + 0.055) / 1.055, 2.4) }
 }
 
-fn hex(text: &str) -> Option<DVec3> {
+/// A web colour, `#rrggbb` or `#rgb`, as a linear one.
+pub(crate) fn hex(text: &str) -> Option<DVec3> {
     let digits = text.strip_prefix('#')?;
     if !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
         return None;

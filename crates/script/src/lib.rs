@@ -84,7 +84,7 @@ mod wardrobe;
 pub use engine::Printer;
 pub use error::{ErrorKind, Note, Place, ScriptError};
 pub use meter::Heap;
-pub use params::Parameter;
+pub use params::{Domain, Parameter, Setting};
 pub use reference::reference;
 pub use source::Source;
 pub use stage::{Options, Stage, Told, Warning};

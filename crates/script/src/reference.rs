@@ -123,8 +123,8 @@ pub(crate) const HELPERS: &[HelperEntry] = &[
     helper("on_frame", "on_frame(|f| { ... })", "calls the function for every frame"),
     helper(
         "param",
-        "param(\"name\", default, low, high)",
-        "a number that `--set name=value` changes",
+        "param(\"name\", default, low, high), param(name, default) or param(name, default, choices)",
+        "a number, a bool or colour, or one of an array of strings, that `--set name=value` changes",
     ),
     helper("vec3", "vec3(x, y, z)", "a vector or colour; vec3(v) of an array or one number"),
     helper("length", "length(v)", "the length of a vector"),

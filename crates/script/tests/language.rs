@@ -1,6 +1,6 @@
 //! What expressions give, as `print` shows them.
 
-use reflet_script::{Options, Source, Stage};
+use reflet_script::{Domain, Options, Setting, Source, Stage};
 use std::sync::{Arc, Mutex};
 
 /// What a script prints.
@@ -235,7 +235,38 @@ fn parameters_keep_their_kind() {
         vec![("n".into(), "5".into()), ("g".into(), "0.25".into()), ("n".into(), "7".into())];
     let stage = Stage::load(source, &Options { sets, ..Options::default() }).unwrap();
     let seen: Vec<_> =
-        stage.parameters().iter().map(|p| (p.name.as_str(), p.value, p.whole)).collect();
-    assert_eq!(seen, [("n", 7.0, true), ("g", 0.25, false)]);
+        stage.parameters().iter().map(|p| (p.name.as_str(), &p.value, &p.domain)).collect();
+    let (n, g) = (Setting::Number(7.0), Setting::Number(0.25));
+    assert_eq!(seen, [("n", &n, &Domain::Whole(1.0, 9.0)), ("g", &g, &Domain::Float(0.0, 1.0))]);
     assert_eq!(stage.warnings().len(), 1, "no light");
+}
+
+#[test]
+fn parameters_are_bools_colours_and_choices() {
+    let text = "camera(#{ viewpoint: [0, 0, 3], window: [8, 6] });
+        let a = param(\"a\", true); let b = param(\"b\", false);
+        let c = param(\"c\", \"#ffffff\"); let d = param(\"d\", rgb(255, 0, 255));
+        let e = param(\"e\", [0.25, 2, 0]); let f = param(\"f\", \"#fff\");
+        let g = param(\"g\", \"chrome\", [\"chrome\", \"matt\"]);
+        if !a || !b { throw \"bools\"; }
+        if c.x != 1 || c.z != 1 || d.y != 0 || e.y != 2 { throw \"colours\"; }
+        if f.x != 0.2 || f.y != 0.4 || f.z != 0.9 { throw \"set colour\"; }
+        if g != \"matt\" { throw \"choice\"; }";
+    let source = Source { path: "scene.rhai".into(), text: text.into() };
+    let sets = [("b", "true"), ("d", "#f0f"), ("f", "0.2, 0.4,0.9"), ("g", "matt")];
+    let sets = sets.map(|(name, value)| (name.into(), value.into())).into();
+    let stage = Stage::load(source, &Options { sets, ..Options::default() }).unwrap();
+    let values: Vec<_> = stage.parameters().iter().map(|p| p.value.clone()).collect();
+    assert_eq!(
+        values,
+        [
+            Setting::Bool(true),
+            Setting::Bool(true),
+            Setting::Colour([1.0; 3]),
+            Setting::Colour([1.0, 0.0, 1.0]),
+            Setting::Colour([0.25, 2.0, 0.0]),
+            Setting::Colour([0.2, 0.4, 0.9]),
+            Setting::Choice("matt".into()),
+        ]
+    );
 }
