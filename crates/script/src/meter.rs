@@ -264,7 +264,7 @@ mod tests {
     #[test]
     fn values_scene_and_files_are_told_apart() {
         const MIB: u64 = 1 << 20;
-        let meter = Meter::new(1_000_000, 64 * MIB, Some(|| LIVE.load(Relaxed)));
+        let meter = Meter::new(1_000_000_000, 64 * MIB, Some(|| LIVE.load(Relaxed)));
         let grow = |bytes| LIVE.fetch_add(bytes, Relaxed);
         meter.begin(64 * MIB, 0);
         meter.file(|| grow(500 * MIB));
