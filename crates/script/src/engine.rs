@@ -110,7 +110,7 @@ impl Reading {
             Token::Colon => {
                 if let Some(Open::Map(keys)) = self.open.last_mut() {
                     *keys += 1;
-                    self.steps += *keys;
+                    self.steps += 4 * *keys;
                     if self.steps > Self::STEPS {
                         let many = format!(
                             "{keys} keys are too many for a map that is written out: fill it in a loop, or use arrays"

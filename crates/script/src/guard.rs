@@ -154,7 +154,7 @@ fn replaced(meter: &Meter, text: &str, from: &str, to: &str) -> Fallible<Immutab
     if size.is_none_or(|size| size > LONGEST) {
         return Err(too_long("the string"));
     }
-    meter.work(text.len() + size.unwrap_or(0))?;
+    meter.work(text.len() + size.unwrap_or(0) / STEP)?;
     meter.room(size.unwrap_or(0))?;
     Ok(text.replace(from, to).into())
 }
