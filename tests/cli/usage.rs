@@ -153,11 +153,11 @@ fn bools_colours_and_choices_are_set_and_listed() {
     let json = room.good(&[&["params", "p.rhai", "--json"][..], &sets].concat());
     let rows: serde_json::Value = serde_json::from_str(json.text()).unwrap();
     let expected = serde_json::json!([
-        { "name": "shiny", "kind": "bool", "default": true, "value": false, "line": 8 },
+        { "name": "shiny", "kind": "bool", "default": true, "value": false, "line": 7 },
         { "name": "tint", "kind": "colour", "default": [1.0, 0.5, 0.0], "value": [1.0, 1.0, 1.0],
-          "line": 9 },
+          "line": 8 },
         { "name": "finish", "kind": "choice", "default": "chrome", "choices": ["chrome", "matt"],
-          "value": "matt", "line": 10 },
+          "value": "matt", "line": 9 },
     ]);
     assert_eq!(rows, expected);
     room.good(&["render", "p.rhai", "-o", "a.png", "--set", "tint=0.2,0.4,0.9"]);
